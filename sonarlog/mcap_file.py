@@ -1,0 +1,301 @@
+"""MCAP files, written whole or not at all and read with every checksum on: the only door to the `mcap` library.
+
+Must not know: what the messages mean, robots, runs.
+"""
+
+import os
+import struct
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, NamedTuple, Self
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk, get_chunk_data_stream
+from mcap.writer import IndexType, Writer
+
+from sonarlog.errors import SonarlogError
+
+PROFILE = "ros2"
+LIBRARY = "sonarlog"  # the default embeds the mcap version; the same input must give the same file
+CHUNK_BYTES = 4 << 20
+PARTIAL = ".part"
+MAGIC = b"\x89MCAP0\r\n"
+
+# What the mcap and zstandard libraries raise on bytes that are cut off or flipped. UnicodeDecodeError and the
+# library's CRCValidationError are ValueErrors.
+BROKEN = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError)
+
+
+class OutputExists(SonarlogError):
+    """The file to be written is there already."""
+
+    def __init__(self, path: Path, kept: Path | None = None) -> None:
+        what = " (never finished, or still being written)" if path.suffix == PARTIAL else ""
+        rest = f"; what was written is in {kept}" if kept else ": choose another name, or give --force"
+        super().__init__(f"{path} exists{what} and is not overwritten{rest}")
+
+
+class CannotWrite(SonarlogError):
+    """The disk, a quota or a permission refused the file."""
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        super().__init__(f"cannot write {path}: {error.strerror or error}")
+
+
+class CannotRead(SonarlogError):
+    """There is no such file, or it may not be read."""
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        super().__init__(f"cannot read {path}: {error.strerror or error}")
+
+
+class NotMcap(SonarlogError):
+    """The file is something else."""
+
+    def __init__(self, path: Path, *, empty: bool) -> None:
+        what = "it is empty" if empty else "it does not begin as one"
+        super().__init__(f"{path} is no MCAP file: {what}")
+
+
+def partial_path(path: Path) -> Path:
+    """Where `path` is while it is being written; a file of this name was never finished."""
+    return path.with_name(path.name + PARTIAL)
+
+
+class McapWriter:
+    """Write one MCAP file as `PATH.part`; `finish` gives it its name, `abandon` removes it.
+
+    As a context manager it finishes, or abandons the file when the block raised. The same calls give the same bytes.
+    Raises OutputExists before anything is written, CannotWrite whenever the disk refuses; what was written up to there
+    stays in `PATH.part`, sound up to its last whole chunk.
+    """
+
+    def __init__(self, path: Path | str, *, force: bool = False, message_index: bool = True) -> None:
+        """`message_index` costs 16 bytes a message; Lichtblick and rosbags need it, Rerun and sonarlog do not."""
+        self.path = Path(path)
+        self.partial = partial_path(self.path)
+        self._force = force
+        self._schemas: dict[str, int] = {}
+        self._state = "open"
+        if not force:
+            for taken in (self.path, self.partial):
+                if taken.exists():
+                    raise OutputExists(taken)
+        try:
+            self._stream: BinaryIO = self.partial.open("wb" if force else "xb")
+        except OSError as error:
+            raise CannotWrite(self.partial, error) from None
+        index = IndexType.ALL if message_index else IndexType.ALL & ~IndexType.MESSAGE
+        self._writer = Writer(self._stream, CHUNK_BYTES, index_types=index, enable_data_crcs=True)
+        with self._guard():
+            self._writer.start(PROFILE, LIBRARY)
+
+    def channel(self, topic: str, schema: str, definition: str, *, encoding: str = "cdr") -> int:
+        """Register a topic and return the channel's id; `encoding` is "cdr" (ros2msg schemas) or "json" (jsonschema).
+
+        Register all channels before the first message: they are written once, in the chunk then open.
+        """
+        if schema not in self._schemas:
+            kind = {"cdr": "ros2msg", "json": "jsonschema"}[encoding]
+            self._schemas[schema] = self._writer.register_schema(schema, kind, definition.encode())
+        qos = {"offered_qos_profiles": "[]"} if encoding == "cdr" else {}  # rosbag2 asks for the key
+        return self._writer.register_channel(topic, encoding, self._schemas[schema], qos)
+
+    def write(self, channel: int, log_time_ns: int, data: bytes) -> None:
+        """Add one message. Its sequence number stays 0, which says "none" and compresses to nothing."""
+        with self._guard():
+            self._writer.add_message(channel, log_time_ns, data, publish_time=log_time_ns)
+
+    def metadata(self, name: str, data: Mapping[str, str]) -> None:
+        """Add a metadata record; it goes to the stream at once, before messages still in memory."""
+        with self._guard():
+            self._writer.add_metadata(name, dict(data))
+
+    def attachment(self, name: str, media_type: str, data: bytes) -> None:
+        """Add a file; it carries no times, so that the same input gives the same bytes."""
+        with self._guard():
+            self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def flush(self, *, fsync: bool = False) -> None:
+        """Close the chunk in progress and hand it to the system, with `fsync` to the disk itself."""
+        with self._guard():
+            self._writer.flush()  # type: ignore[no-untyped-call]  # mcap: no `-> None`
+            if fsync:
+                os.fsync(self._stream.fileno())
+
+    def finish(self) -> None:
+        """Write summary and footer, sync, and give the file its name, still refusing to overwrite. Idempotent."""
+        if self._state != "open":
+            return
+        with self._guard():
+            self._writer.finish()  # type: ignore[no-untyped-call]  # mcap: no `-> None`
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            self._stream.close()
+            self._state = "finished"
+            if self._force:
+                self.partial.replace(self.path)
+            else:
+                _rename_exclusively(self.partial, self.path)
+
+    def abandon(self) -> None:
+        """Close and remove what was written. Does nothing once the file is finished or has failed."""
+        if self._state == "open":
+            self._state = "abandoned"
+            self._stream.close()
+            self.partial.unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.finish()
+        else:
+            self.abandon()
+
+    @contextmanager
+    def _guard(self) -> Iterator[None]:
+        """Turn what the disk refuses into CannotWrite, and then leave the partial file as it is.
+
+        Another attempt would write behind half a record.
+        """
+        if self._state != "open":
+            raise ValueError(f"{self.path} is {self._state}: nothing can be written to it")
+        try:
+            yield
+        except OSError as error:
+            self._state = "failed"
+            with suppress(OSError):  # the same refusal again, from the buffer
+                self._stream.close()
+            raise CannotWrite(self.partial, error) from None
+
+
+def _rename_exclusively(source: Path, target: Path) -> None:
+    """Rename, but never over a file that appeared meanwhile. Raises OutputExists."""
+    try:
+        target.hardlink_to(source)
+    except FileExistsError:
+        raise OutputExists(target, kept=source) from None
+    except OSError:  # no hard links here (FAT, some network drives): look, then rename
+        if target.exists():
+            raise OutputExists(target, kept=source) from None
+        source.rename(target)
+    else:
+        source.unlink()
+
+
+class McapMessage(NamedTuple):
+    """One message as it lies in the file."""
+
+    topic: str
+    schema: str
+    encoding: str
+    log_time_ns: int
+    data: bytes
+
+
+@dataclass(frozen=True)
+class StoredFile:
+    """An attachment."""
+
+    media_type: str
+    data: bytes
+
+
+class McapReader:
+    """An MCAP file, wholly checked when it is opened.
+
+    `metadata` (records of one name merged, later keys win), `attachments` by name, and `damage`: one sentence for each
+    thing missing or unreadable, empty for a sound file. What is whole is readable whatever the damage.
+    Raises CannotRead and NotMcap.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.attachments: dict[str, StoredFile] = {}
+        self.damage: tuple[str, ...] = ()
+        self._schemas: dict[int, str] = {}  # what the summary repeats: the first chunk may be the damaged one
+        self._channels: dict[int, Channel] = {}
+        try:
+            with self.path.open("rb") as stream:
+                begin = stream.read(len(MAGIC))
+        except OSError as error:
+            raise CannotRead(self.path, error) from None
+        if begin != MAGIC:
+            raise NotMcap(self.path, empty=not begin)
+        damage: list[str] = []
+        for record in self._records(_checked, damage):
+            if isinstance(record, Metadata):
+                self.metadata.setdefault(record.name, {}).update(record.metadata)
+            elif isinstance(record, Attachment):
+                self.attachments[record.name] = StoredFile(record.media_type, record.data)
+            elif isinstance(record, Schema):
+                self._schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                self._channels[record.id] = record
+        self.damage = tuple(damage)
+
+    def messages(self, topics: Collection[str] | None = None) -> list[McapMessage]:
+        """Messages of these topics (None: all) in ascending log_time, ties in file order."""
+        return sorted(self.stream(topics), key=lambda message: message.log_time_ns)
+
+    def stream(self, topics: Collection[str] | None = None) -> Iterator[McapMessage]:
+        """Messages of these topics (None: all) in file order, without holding the file in memory."""
+        schemas, channels = dict(self._schemas), dict(self._channels)
+        for record in self._records(_opened, []):
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Message) and record.channel_id in channels:
+                channel = channels[record.channel_id]
+                if topics is None or channel.topic in topics:
+                    schema = schemas.get(channel.schema_id, "")
+                    yield McapMessage(channel.topic, schema, channel.message_encoding, record.log_time, record.data)
+
+    def _records(self, chunk: Callable[[Chunk], list[McapRecord]], damage: list[str]) -> Iterator[McapRecord]:
+        """All records in file order, for a chunk what `chunk` makes of it; `damage` gets what had to be left out."""
+        with self.path.open("rb") as stream:
+            size = os.fstat(stream.fileno()).st_size
+            records = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records
+            while True:
+                begin = stream.tell()
+                try:
+                    record = next(records)
+                except StopIteration:
+                    return
+                except CRCValidationError:
+                    damage.append(f"{self.path}: the data section fails its checksum: something in it was altered")
+                    return
+                except BROKEN:
+                    damage.append(f"{self.path}: cut off or unreadable from byte {begin} of {size} on")
+                    return
+                if not isinstance(record, Chunk):
+                    yield record
+                    continue
+                try:
+                    inside = chunk(record)
+                except BROKEN:
+                    damage.append(f"{self.path}: the chunk at byte {begin} is damaged; its messages are missing")
+                else:
+                    yield from inside
+
+
+def _opened(chunk: Chunk) -> list[McapRecord]:
+    """The records in a chunk; raises one of BROKEN."""
+    return breakup_chunk(chunk, validate_crc=True)
+
+
+def _checked(chunk: Chunk) -> list[McapRecord]:
+    """Nothing, after the same check; ten times faster."""
+    get_chunk_data_stream(chunk, validate_crc=True)
+    return []
