@@ -15,7 +15,8 @@ PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
 
 def exact_sin(x: Decimal) -> Decimal:
     x = x % (2 * PI)
-    term = result = x
+    term: Decimal = x
+    result: Decimal = x
     n = 1
     while abs(term) > Decimal("1e-55"):
         term *= -x * x / ((n + 1) * (n + 2))

@@ -1,0 +1,134 @@
+"""Block E, feature association: which chain each wall of the sweep belongs to [III.E].
+
+A wall is compared with every member of every chain; the chain's first member is its root. Walls that join no chain
+become the roots of new ones, once the sweep's pose is known.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam import dmath
+from slam.dmath import DEGREE, Floats
+from slam.features import Wall
+from slam.geometry import Bools, Pose, Segment, wrap
+from slam.sweep import Ints
+
+
+@dataclass(frozen=True)
+class AssociationConfig:
+    """The paper's thresholds: distance d1, gap d2, angle a1."""
+
+    d1_m: float = 0.20
+    d2_m: float = 0.50
+    a1_deg: float = 20.0
+
+
+@dataclass(frozen=True)
+class Member:
+    """A wall in the map: the `sweep` that saw it, and the `chain` that it is a link of."""
+
+    chain: int
+    sweep: int
+    segment: Segment
+
+
+@dataclass(frozen=True)
+class Chains:
+    """All chains' members in the order in which they joined; `roots[c]` is the place of chain c's first member."""
+
+    members: tuple[Member, ...] = ()
+    roots: tuple[int, ...] = ()
+
+    def root(self, chain: int) -> Segment:
+        """The wall that the chain began with."""
+        return self.members[self.roots[chain]].segment
+
+    def of(self, chain: int) -> list[Member]:
+        """The chain's members, oldest first."""
+        return [member for member in self.members if member.chain == chain]
+
+    def joined(self, walls: list[tuple[int | None, Segment]], sweep: int) -> "Chains":
+        """With the walls linked in: each to its chain, or to a new one for None."""
+        members, roots = list(self.members), list(self.roots)
+        for chain, wall in walls:
+            if chain is None:
+                roots.append(len(members))
+            members.append(Member(len(roots) - 1 if chain is None else chain, sweep, wall))
+        return Chains(tuple(members), tuple(roots))
+
+
+@dataclass(frozen=True)
+class Link:
+    """Wall number `wall` of the sweep joins `chain` because of its member number `member`."""
+
+    wall: int
+    chain: int
+    member: int
+    d1: float
+    a1: float
+    gap: float  # 0 where the two overlap
+
+
+@dataclass(frozen=True)
+class Association:
+    """The links found at the predicted pose, the walls without one, and all walls at that pose (map frame)."""
+
+    links: tuple[Link, ...]
+    unlinked: tuple[int, ...]
+    predicted: tuple[Segment, ...]
+
+    def chained(self, walls: tuple[Segment, ...]) -> list[tuple[int | None, Segment]]:
+        """The walls, as they lie at the corrected pose, each with the chain it joins; None: it starts its own."""
+        chain_of = {link.wall: link.chain for link in self.links}
+        return [(chain_of.get(k), wall) for k, wall in enumerate(walls)]
+
+
+def associate(walls: tuple[Wall, ...], chains: Chains, predicted: Pose, config: AssociationConfig) -> Association:
+    """For each wall the member with the smallest d1; ties go to the lower chain, then to the older member."""
+    placed = tuple(wall.segment.moved(predicted) for wall in walls)
+    links = [link for k, wall in enumerate(placed) if (link := _best(k, wall, chains, config)) is not None]
+    linked = {link.wall for link in links}
+    return Association(tuple(links), tuple(k for k in range(len(walls)) if k not in linked), placed)
+
+
+def _best(k: int, wall: Segment, chains: Chains, config: AssociationConfig) -> Link | None:
+    if not chains.members:
+        return None
+    others = [member.segment for member in chains.members]
+    alpha = np.array([other.alpha for other in others])
+    rho = np.array([other.rho for other in others])
+    ends = np.array([[other.start, other.end] for other in others])
+    d1 = mean_distance(wall, alpha, rho)
+    a1 = np.abs(wrap(wall.alpha - alpha))
+    gap = np.where(overlapping(wall, alpha, ends), 0.0, end_gap(wall, ends))
+    good = (d1 <= config.d1_m) & (a1 <= config.a1_deg * DEGREE) & (gap <= config.d2_m)
+    if not bool(good.any()):
+        return None
+    chain: Ints = np.array([member.chain for member in chains.members])
+    candidates = np.flatnonzero(good & (d1 == d1[good].min()))
+    best = int(min(candidates.tolist(), key=lambda m: (int(chain[m]), m)))
+    return Link(k, int(chain[best]), best, float(d1[best]), float(a1[best]), float(gap[best]))
+
+
+def mean_distance(wall: Segment, alpha: Floats, rho: Floats) -> Floats:
+    """d1 [III.E] in metres: mean distance of the wall's two ends and middle from each of the infinite lines (m,)."""
+    sine, cosine = dmath.sincos(alpha)
+    probe = wall.probe()
+    distance = [np.abs((cosine * x + sine * y) - rho) for x, y in probe.tolist()]
+    return np.asarray((distance[0] + distance[1] + distance[2]) / 3.0)
+
+
+def overlapping(wall: Segment, alpha: Floats, ends: Floats) -> Bools:
+    """Whether the wall's projection on each line (m,) meets the segment there, given its ends (m, 2, 2)."""
+    sine, cosine = dmath.sincos(alpha)
+    own = [cosine * y - sine * x for x, y in (wall.start, wall.end)]
+    other = [cosine * ends[:, e, 1] - sine * ends[:, e, 0] for e in (0, 1)]
+    low, high = np.minimum(*own), np.maximum(*own)
+    return (low <= np.maximum(*other)) & (np.minimum(*other) <= high)
+
+
+def end_gap(wall: Segment, ends: Floats) -> Floats:
+    """d2 [III.E] in metres: the smallest distance between an end of the wall and an end of each other (m, 2, 2)."""
+    gaps = [dmath.hypot(ends[:, e, 0] - x, ends[:, e, 1] - y) for x, y in (wall.start, wall.end) for e in (0, 1)]
+    return np.minimum(np.minimum(gaps[0], gaps[1]), np.minimum(gaps[2], gaps[3]))

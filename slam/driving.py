@@ -1,0 +1,105 @@
+"""Regions of constant depth seen while driving: runs of one sonar's readings along one straight surface.
+
+Where a turning robot sweeps its beam over a wall, a driving one carries the beam along it. Readings r at origins o
+from a wall (φ, D) satisfy r + o·n(φ) = D; over a long enough baseline they give φ, which must lie inside the beam.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam import dmath
+from slam.arcs import Beams
+from slam.dmath import DEGREE, Floats
+from slam.geometry import wrap
+from slam.sweep import Ints
+
+
+@dataclass(frozen=True)
+class DrivingConfig:
+    """What makes a stretch of wall seen while driving."""
+
+    spread_m: float = 0.03
+    min_readings: int = 4
+    min_baseline_m: float = 0.20
+    strong_baseline_m: float = 0.25
+    max_turn_deg: float = 6.0
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A straight surface at `distance` m along `bearing` rad in F, seen from `left` to `right` m of its foot."""
+
+    bearing: float
+    distance: float
+    left: float
+    right: float
+    baseline: float
+    spread: float
+    readings: tuple[int, ...]
+
+
+def find_stretches(beams: Beams, config: DrivingConfig) -> list[Stretch]:
+    """For each sonar the longest runs of consecutive echoes that lie on one line."""
+    found: list[Stretch] = []
+    for sonar in range(int(beams.sonar.max()) + 1 if len(beams.sonar) else 0):
+        track = np.flatnonzero(beams.sonar == sonar)
+        start = 0
+        while start + config.min_readings <= len(track):
+            best = None
+            for end in range(start + config.min_readings, len(track) + 1):
+                stretch = _fit(beams, track[start:end], config)
+                best = (stretch, end) if stretch is not None else best
+            if best is None:
+                start += 1
+            else:
+                found.append(best[0])
+                start = best[1]
+    return found
+
+
+def _fit(beams: Beams, members: Ints, config: DrivingConfig) -> Stretch | None:
+    """The line of these readings, or None if they are not on one that the beam can meet at right angles."""
+    axis = beams.axis[members]
+    middle = float(axis[0]) + dmath.mean(wrap(axis - float(axis[0])))
+    if not bool(beams.echo[members].all()) or float(np.abs(wrap(axis - middle)).max()) > config.max_turn_deg * DEGREE:
+        return None
+    sine, cosine = dmath.sincos(middle)
+    along_axis = beams.origin[members, 0] * cosine + beams.origin[members, 1] * sine
+    across = beams.origin[members, 1] * cosine - beams.origin[members, 0] * sine
+    baseline = float(across.max() - across.min())
+    if baseline < config.min_baseline_m:
+        return None
+    tilt = _tilt(beams.distance[members], along_axis, across)
+    if abs(tilt) > beams.half_beam:
+        return None
+    bearing = wrap(middle + tilt)
+    levels = _across(beams, members, bearing, ahead=True)
+    distance = dmath.mean(levels)
+    spread = float(np.abs(levels - distance).max())
+    if spread > config.spread_m:
+        return None
+    feet = _across(beams, members, bearing, ahead=False)
+    return Stretch(bearing, distance, float(feet.min()), float(feet.max()), baseline, spread, tuple(members.tolist()))
+
+
+def _tilt(distance: Floats, along_axis: Floats, across: Floats) -> float:
+    """Angle ε of the normal from the beam's axis: r + o·a cos ε = D − o·t sin ε, by least squares on sin ε."""
+    sine, cosine = 0.0, 1.0
+    centred = across - dmath.mean(across)
+    power = dmath.total(centred * centred)
+    for _ in range(3):
+        values = distance + along_axis * cosine
+        sine = -dmath.total(centred * (values - dmath.mean(values))) / power
+        sine = min(max(sine, -0.5), 0.5)
+        cosine = dmath.sqrt(1.0 - sine * sine)
+    return dmath.atan2(sine, cosine)
+
+
+def _across(beams: Beams, members: Ints, bearing: float, *, ahead: bool) -> Floats:
+    """Each reading's wall distance from F's origin (`ahead`), or its foot point's place along the wall, in metres."""
+    sine, cosine = dmath.sincos(bearing)
+    x, y = beams.origin[members, 0], beams.origin[members, 1]
+    if ahead:
+        return np.asarray(beams.distance[members] + (x * cosine + y * sine))
+    return np.asarray(y * cosine - x * sine)

@@ -1,0 +1,72 @@
+"""Painting convex areas and segments onto cells: the canvas of one sweep's map extension."""
+
+import numpy as np
+
+from slam import dmath
+from slam.dmath import Floats
+from slam.grid import Cells, Patch
+from slam.sweep import Ints
+
+Point = tuple[float, float]
+
+
+class Canvas:
+    """A rectangle of cells around what will be painted; free and occupied evidence are kept apart."""
+
+    def __init__(self, points: Floats, cell_m: float, margin_m: float) -> None:
+        """Large enough for all points (n, 2) in metres and a margin."""
+        self.cell_m = cell_m
+        low = np.floor((points.min(axis=0) - margin_m) / cell_m).astype(np.int64)
+        high = np.floor((points.max(axis=0) + margin_m) / cell_m).astype(np.int64) + 1
+        self.left, self.bottom = int(low[0]), int(low[1])
+        self.width, self.height = int(high[0] - low[0]), int(high[1] - low[1])
+        self.free: Cells = np.zeros((self.height, self.width), dtype=np.int16)
+        self.occupied: Cells = np.zeros((self.height, self.width), dtype=np.int16)
+
+    def clear(self, corners: list[Point], weight: int) -> None:
+        """Free evidence in a convex polygon given in order; one that is not convex is left alone."""
+        turns = [_turn(corners[i - 2], corners[i - 1], corners[i]) for i in range(len(corners))]
+        if not (all(t >= 0.0 for t in turns) or all(t <= 0.0 for t in turns)):
+            return
+        sign = 1.0 if any(t > 0.0 for t in turns) else -1.0
+        xs, ys = [x for x, _ in corners], [y for _, y in corners]
+        i0, i1 = self._column(min(xs)), self._column(max(xs)) + 1
+        j0, j1 = self._row(min(ys)), self._row(max(ys)) + 1
+        x = ((np.arange(i0, i1) + self.left).astype(np.float64) + 0.5) * self.cell_m
+        y = ((np.arange(j0, j1) + self.bottom).astype(np.float64) + 0.5) * self.cell_m
+        inside = np.ones((len(y), len(x)), dtype=bool)
+        for k, (bx, by) in enumerate(corners):
+            ax, ay = corners[k - 1]
+            inside &= sign * ((bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax)) >= 0.0
+        window = self.free[j0:j1, i0:i1]
+        window[inside] = np.minimum(window[inside], -weight)
+
+    def mark(self, start: Point, end: Point, weight: int) -> None:
+        """Occupied evidence along a segment; the strongest weight of a cell counts."""
+        rows, columns = self.cells_along(start, end)
+        self.occupied[rows, columns] = np.maximum(self.occupied[rows, columns], weight)
+
+    def cells_along(self, start: Point, end: Point) -> tuple[Ints, Ints]:
+        """Rows and columns (k,) of the canvas's cells under a segment."""
+        length = dmath.hypot(end[0] - start[0], end[1] - start[1])
+        steps = int(length / (0.25 * self.cell_m)) + 1
+        part = np.arange(steps + 1).astype(np.float64) / float(steps)
+        x = start[0] + part * (end[0] - start[0])
+        y = start[1] + part * (end[1] - start[1])
+        columns = np.clip(np.floor(x / self.cell_m).astype(np.int64) - self.left, 0, self.width - 1)
+        rows = np.clip(np.floor(y / self.cell_m).astype(np.int64) - self.bottom, 0, self.height - 1)
+        return rows, columns
+
+    def patch(self) -> Patch:
+        """What to add to the grid: where anything stands, free evidence is dropped."""
+        return Patch(self.left, self.bottom, np.where(self.occupied > 0, self.occupied, self.free))
+
+    def _column(self, x: float) -> int:
+        return min(max(int(x // self.cell_m) - self.left, 0), self.width - 1)
+
+    def _row(self, y: float) -> int:
+        return min(max(int(y // self.cell_m) - self.bottom, 0), self.height - 1)
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])

@@ -1,0 +1,92 @@
+"""The whole algorithm on one page: Fig. 5 of the paper, one block a line."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from slam.algorithms import Algorithm
+from slam.association import Association, Chains, associate
+from slam.features import Features, extract_features
+from slam.frontier import Decision, next_goal
+from slam.geometry import Pose
+from slam.grid import Grid, Patch
+from slam.localisation import Localisation
+from slam.map_extension import extend_map
+from slam.post_calibration import Posed, post_calibrate
+from slam.reliability import Reliability, analyse_reliability
+from slam.self_calibration import Calibrated, Calibration, self_calibrate
+from slam.sweep import SonarRing, Sweep
+
+
+@dataclass(frozen=True)
+class State:
+    """What one sweep hands to the next: the poses found so far, what is known of the robot, chains and map."""
+
+    poses: tuple[Pose, ...]
+    odometry: Pose | None
+    calibration: Calibration
+    chains: Chains
+    grid: Grid
+
+    @property
+    def last(self) -> tuple[Pose, Pose] | None:
+        """The last sweep's pose as odometry had it and as it lies in the map; None before the first."""
+        return (self.odometry, self.poses[-1]) if self.odometry is not None else None
+
+
+@dataclass(frozen=True)
+class Step:
+    """What every block made of one sweep; `state` is what the next sweep starts from."""
+
+    sweep: Sweep  # A
+    calibrated: Calibrated  # B
+    reliability: Reliability  # C
+    features: Features  # D
+    association: Association  # E
+    localisation: Localisation  # F
+    posed: Posed  # G
+    patch: Patch  # H
+    decision: Decision  # I
+    state: State
+
+    @property
+    def pose(self) -> Pose:
+        """The corrected pose of the sweep's frame in the map."""
+        return self.localisation.pose
+
+
+def first_state(ring: SonarRing, algorithm: Algorithm) -> State:
+    """Before the first sweep: an empty map, nothing known."""
+    grid = algorithm.config.map
+    return State(
+        poses=(),
+        odometry=None,
+        calibration=Calibration.unknown(len(ring.mountings)),
+        chains=Chains(),
+        grid=Grid(grid.cell_m, grid.occupied_from, grid.free_from),
+    )
+
+
+def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> Step:
+    """One sweep through the blocks of Fig. 5."""
+    config = algorithm.config
+    calibrated = self_calibrate(sweep, ring, state.last, state.calibration, config.self_calibration)
+    reliability = analyse_reliability(calibrated, config.reliability)
+    features = extract_features(reliability, config.features)
+    association = associate(features.walls, state.chains, calibrated.predicted, config.association)
+    localisation = algorithm.localise(calibrated.predicted, association, state.chains, config.localisation)
+    posed = post_calibrate(calibrated, reliability, features, localisation.pose)
+    chains = state.chains.joined(association.chained(posed.walls), len(state.poses))
+    poses = (*state.poses, localisation.pose)
+    grid, patch = extend_map(state.grid, calibrated, reliability, posed, chains, poses, config.map)
+    decision = next_goal(grid, localisation.pose, config.frontier)
+    after = State(poses, calibrated.odometry, calibrated.calibration, chains, grid)
+    return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
+
+
+def run(sweeps: Iterable[Sweep], ring: SonarRing, algorithm: Algorithm, state: State | None = None) -> Iterator[Step]:
+    """Step after step, as the sweeps come."""
+    state = state or first_state(ring, algorithm)
+    for sweep in sweeps:
+        result = step(state, sweep, ring, algorithm)
+        state = result.state
+        yield result

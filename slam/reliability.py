@@ -1,0 +1,137 @@
+"""Block C, data reliability analysis: regions of constant depth, and what every other reading is worth [III.C].
+
+Class (i) readings are part of an RCD, class (ii) can be associated with one, class (iii) with none.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slam import dmath
+from slam.arcs import Arc, ArcConfig, Beams, cluster, find_arcs
+from slam.dmath import DEGREE, Floats
+from slam.driving import DrivingConfig, find_stretches
+from slam.geometry import wrap
+from slam.self_calibration import Calibrated
+from slam.sweep import Ints
+
+NO_ECHO, IN_RCD, NEAR_RCD, ALONE = 0, 1, 2, 3
+
+
+@dataclass(frozen=True)
+class ReliabilityConfig:
+    """How arcs are found and joined, and when a reading belongs to an RCD that it is no part of."""
+
+    arcs: ArcConfig = field(default_factory=ArcConfig)
+    driving: DrivingConfig = field(default_factory=DrivingConfig)
+    strong_width_deg: float = 18.0
+    associate_m: float = 0.10
+
+
+@dataclass(frozen=True)
+class Rcd:
+    """A region of constant depth in F: its surface lies at `distance` m along `bearing` rad.
+
+    `left` and `right` (m) bound what was seen of a flat surface there, along its tangent; `width` rad is the span of
+    axis angles, `spread` m the largest deviation of a reading. A strong RCD is wide enough to be a wall.
+    """
+
+    bearing: float
+    distance: float
+    width: float
+    spread: float
+    left: float
+    right: float
+    strong: bool
+    sonars: int
+    readings: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Reliability:
+    """The RCDs, nearest first, and each reading's class (n,): NO_ECHO, IN_RCD, NEAR_RCD or ALONE.
+
+    `rcd_of` (n,) is the RCD a reading of class (i) or (ii) belongs to, −1 for none.
+    """
+
+    rcds: tuple[Rcd, ...]
+    reading_class: Ints
+    rcd_of: Ints
+
+
+def analyse_reliability(calibrated: Calibrated, config: ReliabilityConfig) -> Reliability:
+    """Find the RCDs of the sweep and class its readings by them."""
+    beams = calibrated.beams
+    if calibrated.kind == "scan":
+        arcs = find_arcs(beams, config.arcs, closed=True)
+        rcds = [_rcd([arcs[i] for i in group], beams, config) for group in cluster(arcs, config.arcs)]
+    else:
+        rcds = [
+            Rcd(
+                bearing=s.bearing,
+                distance=s.distance,
+                width=0.0,
+                spread=s.spread,
+                left=s.left,
+                right=s.right,
+                strong=s.baseline >= config.driving.strong_baseline_m,
+                sonars=1,
+                readings=s.readings,
+            )
+            for s in find_stretches(beams, config.driving)
+        ]
+    rcds.sort(key=lambda rcd: (rcd.distance, rcd.bearing))
+    return _classed(tuple(rcds), beams, config)
+
+
+def _rcd(arcs: list[Arc], beams: Beams, config: ReliabilityConfig) -> Rcd:
+    """Join arcs: the bearing is their mean, weighted by readings; distances are levelled anew with it."""
+    reference = arcs[0].bearing
+    weights = np.array([float(len(arc.readings)) for arc in arcs])
+    offsets = wrap(np.array([arc.bearing for arc in arcs]) - reference)
+    bearing = wrap(reference + dmath.total(weights * offsets) / dmath.total(weights))
+    readings = tuple(sorted({r for arc in arcs for r in arc.readings}))
+    chosen = np.array(readings)
+    axes = wrap(beams.axis[chosen] - bearing)
+    levels = _level(beams, bearing)[chosen]
+    distance = dmath.mean(levels)
+    first, last = float(axes.min()), float(axes.max())
+    return Rcd(
+        bearing=bearing,
+        distance=distance,
+        width=last - first,
+        spread=float(np.abs(levels - distance).max()),
+        left=distance * _tan(first),
+        right=distance * _tan(last),
+        strong=last - first >= config.strong_width_deg * DEGREE,
+        sonars=len({arc.sonar for arc in arcs}),
+        readings=readings,
+    )
+
+
+def _level(beams: Beams, bearing: float) -> Floats:
+    """Distance from F's origin of a surface with this normal, as each reading has it."""
+    sine, cosine = dmath.sincos(bearing)
+    return beams.distance + (beams.origin[:, 0] * cosine + beams.origin[:, 1] * sine)
+
+
+def _tan(angle: float) -> float:
+    sine, cosine = dmath.sincos(angle)
+    return sine / cosine
+
+
+def _classed(rcds: tuple[Rcd, ...], beams: Beams, config: ReliabilityConfig) -> Reliability:
+    classes = np.where(beams.echo, ALONE, NO_ECHO)
+    rcd_of = np.full(len(classes), -1, dtype=np.int64)
+    best = np.full(len(classes), config.associate_m)
+    for k, rcd in enumerate(rcds):
+        off = np.abs(_level(beams, rcd.bearing) - rcd.distance)
+        aimed = np.abs(wrap(beams.axis - rcd.bearing)) <= 0.5 * rcd.width + beams.half_beam
+        nearer = (classes == ALONE) & aimed & (off <= best)
+        nearer |= (rcd_of >= 0) & (classes != IN_RCD) & aimed & (off < best)
+        rcd_of[nearer], best[nearer] = k, off[nearer]
+        classes[nearer] = NEAR_RCD
+    for k, rcd in enumerate(rcds):
+        members = np.array(rcd.readings)
+        classes[members], rcd_of[members] = IN_RCD, k
+    return Reliability(rcds, classes.astype(np.int64), rcd_of)

@@ -1,0 +1,156 @@
+"""Block B, self-calibration: beams start at the sonar, their bearings lose the rotation error [III.B].
+
+The sweep itself shows the error: one wall seen by several sonars, at different times of the turn, must have one
+bearing. A ridge fit pooled over all sweeps gives the rotation scale and each sonar's mounting error.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slam import dmath
+from slam.arcs import Arc, ArcConfig, Beams, cluster, find_arcs
+from slam.dmath import DEGREE, PI, Floats
+from slam.geometry import ORIGIN, Pose, wrap
+from slam.linear import solve_spd
+from slam.sweep import TURN, SonarRing, Sweep, SweepKind
+
+
+@dataclass(frozen=True)
+class SelfCalibrationConfig:
+    """Priors of the ridge fit; `fit = false` leaves the odometry as it came."""
+
+    fit: bool = True
+    bearing_sigma_deg: float = 1.0  # of one arc's middle
+    scale_sigma: float = 0.03
+    mounting_sigma_deg: float = 1.0
+    min_range_m: float = 0.10
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What is known of the robot so far: true turn = (1 + rotation_scale) × odometry's; mounting errors in rad.
+
+    `normal` (m+1, m+1) and `right` (m+1,) are the normal equations pooled over the sweeps seen.
+    """
+
+    rotation_scale: float
+    mounting: tuple[float, ...]
+    normal: Floats
+    right: Floats
+
+    @classmethod
+    def unknown(cls, sonars: int) -> "Calibration":
+        """Before the first sweep."""
+        return cls(0.0, (0.0,) * sonars, np.zeros((sonars + 1, sonars + 1)), np.zeros(sonars + 1))
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """The sweep as beams in its frame F, and where the robot is thought to be.
+
+    `turn` (n,) is the robot's heading in rad since the reference reading; `odometry` the raw pose of F, `predicted`
+    its place in the map; `too_near` counts readings below the sonar's own minimum, which say nothing.
+    """
+
+    kind: SweepKind
+    beams: Beams
+    turn: Floats
+    odometry: Pose
+    predicted: Pose
+    calibration: Calibration
+    too_near: int
+
+
+def self_calibrate(
+    sweep: Sweep, ring: SonarRing, last: tuple[Pose, Pose] | None, known: Calibration, config: SelfCalibrationConfig
+) -> Calibrated:
+    """Beams of the sweep with the rotation error taken out, and the pose predicted from `last`.
+
+    `last` is the (odometry, map) pose of the sweep before; None puts F at the map's origin.
+    """
+    raw = _aimed(sweep, ring, known, config)
+    if config.fit and sweep.kind == "scan":
+        known = _learn(raw, ring, known, config)
+        raw = _aimed(sweep, ring, known, config)
+    if last is None:
+        return replace(raw, predicted=ORIGIN)
+    step = last[0].step_to(raw.odometry)
+    turned = Pose(step.x, step.y, step.theta * (1.0 + known.rotation_scale))
+    return replace(raw, predicted=last[1].compose(turned).quantised())
+
+
+def _aimed(sweep: Sweep, ring: SonarRing, known: Calibration, config: SelfCalibrationConfig) -> Calibrated:
+    """Each reading's beam in F, with the calibration known so far."""
+    at = sweep.reference
+    odometry = Pose(
+        float(sweep.x_um[at]) * 1e-6, float(sweep.y_um[at]) * 1e-6, float(sweep.heading[at] % TURN) * (2.0 * PI / TURN)
+    ).quantised()
+    turn = (sweep.heading - sweep.heading[at]).astype(np.float64) * (2.0 * PI / TURN) * (1.0 + known.rotation_scale)
+    sine, cosine = dmath.sincos(odometry.theta)
+    dx = (sweep.x_um - sweep.x_um[at]).astype(np.float64) * 1e-6
+    dy = (sweep.y_um - sweep.y_um[at]).astype(np.float64) * 1e-6
+    mount_x = np.array([m.x for m in ring.mountings])[sweep.sonar]
+    mount_y = np.array([m.y for m in ring.mountings])[sweep.sonar]
+    bearing = np.array([m.heading + e for m, e in zip(ring.mountings, known.mounting, strict=True)])[sweep.sonar]
+    turn_sine, turn_cosine = dmath.sincos(turn)
+    origin = np.stack(
+        [
+            (cosine * dx + sine * dy) + (turn_cosine * mount_x - turn_sine * mount_y),
+            (cosine * dy - sine * dx) + (turn_sine * mount_x + turn_cosine * mount_y),
+        ],
+        axis=1,
+    )
+    distance = sweep.range_mm.astype(np.float64) * 1e-3
+    near = distance < config.min_range_m
+    echo = (sweep.range_mm < ring.max_range_mm) & ~near
+    return Calibrated(
+        kind=sweep.kind,
+        beams=Beams(sweep.sonar, distance, echo, origin, bearing + turn, ring.half_beam),
+        turn=turn,
+        odometry=odometry,
+        predicted=ORIGIN,
+        calibration=known,
+        too_near=int(np.count_nonzero(near)),
+    )
+
+
+def _learn(raw: Calibrated, ring: SonarRing, known: Calibration, config: SelfCalibrationConfig) -> Calibration:
+    """Pool this sweep's arcs into the normal equations and solve them anew.
+
+    An arc's bearing is φ − scale·turn − mounting error + noise; the RCD's own φ drops out with its mean.
+    """
+    # An arc cut by the start or the end of the turn has its middle in the wrong place.
+    arcs = [arc for arc in find_arcs(raw.beams, ArcConfig(), closed=False) if arc.whole]
+    size = len(ring.mountings) + 1
+    normal, right = known.normal.copy(), known.right.copy()
+    weight = 1.0 / (config.bearing_sigma_deg * DEGREE) ** 2
+    for members in cluster(arcs, ArcConfig()):
+        rows, values = _arc_rows([arcs[i] for i in members], raw.turn, known, size)
+        for row, value in zip(rows, values, strict=True):
+            normal += weight * (row[:, None] * row[None, :])
+            right += weight * (row * value)
+    prior = np.full(size, 1.0 / (config.mounting_sigma_deg * DEGREE) ** 2)
+    prior[0] = 1.0 / config.scale_sigma**2
+    ridge = normal.copy()
+    ridge[np.arange(size), np.arange(size)] += prior
+    solution = solve_spd(ridge, right).tolist()
+    return Calibration(solution[0], tuple(solution[1:]), normal, right)
+
+
+def _arc_rows(arcs: list[Arc], turn: Floats, known: Calibration, size: int) -> tuple[Floats, Floats]:
+    """One row an arc: how its uncorrected bearing depends on (scale, mounting errors), means taken out."""
+    rows = np.zeros((len(arcs), size))
+    values = np.zeros(len(arcs))
+    reference = arcs[0].bearing
+    for i, arc in enumerate(arcs):
+        middle = dmath.mean(turn[np.array(arc.readings)])
+        raw_turn = middle / (1.0 + known.rotation_scale)
+        correction = (middle - raw_turn) + known.mounting[arc.sonar]
+        rows[i, 0] = -raw_turn
+        rows[i, 1 + arc.sonar] = -1.0
+        values[i] = wrap(arc.bearing - reference) - correction
+    count = float(len(arcs))
+    rows -= np.cumsum(rows, axis=0)[-1] / count
+    values -= dmath.total(values) / count
+    return rows, values
