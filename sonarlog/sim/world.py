@@ -7,6 +7,7 @@ import tomllib
 from collections import deque
 from dataclasses import dataclass
 from importlib import resources
+from itertools import pairwise
 from math import ceil, floor
 from pathlib import Path
 from typing import Any
@@ -193,7 +194,7 @@ def _walls(entry: dict[str, Any], materials: dict[str, Material]) -> list[Wall]:
     if len(points) < 2:
         raise ValueError("a wall needs at least two points")
     material = materials[entry["material"]]
-    return [Wall(*a, *b, material) for a, b in zip(points, points[1:], strict=False)]
+    return [Wall(*a, *b, material) for a, b in pairwise(points)]
 
 
 def _pole(entry: dict[str, Any], materials: dict[str, Material]) -> Pole:
