@@ -1,0 +1,129 @@
+"""The line to the robot: a serial port, a TCP socket or the embedded robot, all the same four methods.
+
+Must not know: packets, commands, what the bytes mean. The only door to pyserial.
+"""
+
+import contextlib
+import errno
+import os
+import socket
+from collections.abc import Callable
+from typing import Protocol
+
+from sonarlog.errors import SonarlogError
+
+CHUNK = 4096
+
+
+class Link(Protocol):
+    """A line to a robot. Times are the robot's: a simulator may run faster than the clock on the wall."""
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has come, as soon as anything has; nothing once the timeout has passed. Raises LinkLost."""
+
+    def write(self, data: bytes) -> None:
+        """Send. Raises LinkLost."""
+
+    def close(self) -> None:
+        """Let the line go; a second time does nothing."""
+
+    def now_ns(self) -> int:
+        """Nanoseconds since the line was opened, never going back."""
+
+
+class PortNotOpened(SonarlogError):
+    """The port cannot be opened."""
+
+    def __init__(self, url: str, error: Exception) -> None:
+        super().__init__(f"port {url}: {_why(error)}")
+
+
+class LinkLost(SonarlogError):
+    """The line broke while it was in use."""
+
+    def __init__(self, url: str, error: Exception) -> None:
+        super().__init__(f"port {url}: the line to the robot broke ({error})")
+
+
+def _why(error: Exception) -> str:
+    cause = error.__context__ if isinstance(error.__context__, OSError) else error
+    number = cause.errno if isinstance(cause, OSError) else None
+    if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+        return "there is no such port; is the adapter plugged in? (ls /dev/ttyUSB* /dev/serial/by-id)"
+    if number in (errno.EACCES, errno.EPERM):
+        return "no permission; add yourself to the group that owns it (usually dialout) and log in again"
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return "another program has it open; end that one first"
+    if number in (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH):
+        return "nobody listens there, or the robot has a client already; is the robot (or `sonarlog sim`) running?"
+    if isinstance(cause, TimeoutError | socket.gaierror):
+        return f"no such host, or it does not answer ({cause})"
+    return f"cannot be opened: {error}"
+
+
+class SerialLink:
+    """Any port pyserial knows: a device, `socket://host:port`, `rfc2217://…`."""
+
+    def __init__(self, url: str, baud: int, clock_ns: Callable[[], int], rate: float) -> None:
+        import serial
+
+        self._url = url
+        self._rate = rate
+        self._clock_ns = clock_ns
+        try:
+            self._port = serial.serial_for_url(url, baudrate=baud, timeout=0, write_timeout=2, do_not_open=True)
+            self._port.exclusive = None if "://" in url else True
+            self._port.open()
+        except (serial.SerialException, ValueError, OSError) as error:
+            raise PortNotOpened(url, error) from None
+        self._lost = (serial.SerialException, OSError)
+        with contextlib.suppress(AttributeError, ValueError, OSError):
+            self._port.set_low_latency_mode(True)  # else USB adapters hand over bytes every 16 ms
+        if url.startswith("socket://"):
+            self._send_at_once()
+        self._start_ns = clock_ns()
+
+    def _send_at_once(self) -> None:
+        with socket.socket(fileno=os.dup(self._port.fileno())) as shared:
+            shared.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def read(self, timeout_s: float) -> bytes:
+        """Wait for the first byte, then take what is there."""
+        try:
+            self._port.timeout = timeout_s / self._rate
+            first = self._port.read(1)
+            if not first:
+                return b""
+            self._port.timeout = 0
+            return bytes(first + self._port.read(CHUNK))
+        except self._lost as error:
+            raise LinkLost(self._url, error) from None
+
+    def write(self, data: bytes) -> None:
+        """Send; a line that takes nothing for 2 s is lost."""
+        try:
+            self._port.write(data)
+        except self._lost as error:
+            raise LinkLost(self._url, error) from None
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    def now_ns(self) -> int:
+        """The given clock since opening, times the rate."""
+        return int((self._clock_ns() - self._start_ns) * self._rate)
+
+
+def open_link(url: str, clock_ns: Callable[[], int], *, rate: float = 1.0, baud: int = 9600) -> Link:
+    """The line to the robot at a pyserial URL, or to the embedded robot at `sim://WORLD?seed=1&speed=10`.
+
+    `clock_ns` is a monotonic clock; `rate` says how much faster than it the robot at the port lives (a simulator may).
+    The embedded robot brings its own time. Raises PortNotOpened, and whatever the simulator finds wrong with its URL.
+    """
+    if url.startswith("sim://"):
+        from sonarlog.sim.link import open_sim
+
+        link: Link = open_sim(url)
+        return link
+    return SerialLink(url, baud, clock_ns, rate)
