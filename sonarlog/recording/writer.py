@@ -60,7 +60,7 @@ class RecordingWriter:
     ) -> None:
         """`wire=False`: an import, which has no wire.
 
-        `lean`: a seventh of the size, the same replay. The wire is whole; of what follows from it there are only the
+        `lean`: a fifth of the size, the same replay. The wire is whole; of what follows from it there are only the
         points, and the poses once a second. Rerun opens it; Lichtblick and rosbags miss the message index.
         """
         self._file = McapWriter(path, force=force, message_index=not lean)

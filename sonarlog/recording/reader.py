@@ -1,0 +1,142 @@
+"""Read a recording back: from its wire where it has one, else from its ROS topics.
+
+Must not know: how bytes are decoded, how sweeps are cut.
+"""
+
+import hashlib
+import json
+import struct
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sonarlog import ros2
+from sonarlog.cdr import BadMessage, decode
+from sonarlog.decode import decode_wire
+from sonarlog.errors import SonarlogError
+from sonarlog.log import Event, Log, Surfaces, Truth
+from sonarlog.mcap_file import McapReader
+from sonarlog.recording import layout
+from sonarlog.recording.topics import log_from_topics
+from sonarlog.robot import Robot
+
+LEVEL_NAMES = {number: name for name, number in ros2.LEVELS.items()}
+WIRE_RECORD = struct.Struct("<qBI")
+
+
+class NotARecording(SonarlogError):
+    """A sound MCAP file, but not one that `read_log` can use."""
+
+    def __init__(self, path: Path, why: str) -> None:
+        super().__init__(f"{path} {why}")
+
+
+def open_recording(path: Path | str) -> McapReader:
+    """Open and check the file. Raises CannotRead, NotMcap, and NotARecording for a run or a newer schema version."""
+    file = McapReader(path)
+    if "run" in file.metadata:
+        raise NotARecording(file.path, "is a run, not a recording; `sonarlog info` says of which")
+    version = file.metadata.get(layout.RECORDING, {}).get("schema_version", "1")
+    if not version.isdecimal() or int(version) > layout.SCHEMA_VERSION:
+        raise NotARecording(
+            file.path,
+            f"has recording schema version {version}; this sonarlog reads up to {layout.SCHEMA_VERSION}: update it",
+        )
+    return file
+
+
+def robot_of(file: McapReader) -> Robot | None:
+    """The robot whose parameters the recording carries. Raises BadRobot."""
+    parameters = file.metadata.get(layout.ROBOT, {}).get("parameters")
+    return None if parameters is None else Robot.from_dict(json.loads(parameters), f"robot of {file.path}")
+
+
+def started_wall_ns(file: McapReader) -> int:
+    """What has to be subtracted from log_time to have the recorder's own clock; 0 where no recorder was."""
+    return int(file.metadata.get(layout.RECORDING, {}).get("started_wall_ns", 0))
+
+
+def wire_of(file: McapReader) -> Iterator[tuple[int, str, bytes]]:
+    """(t_ns on the recorder's clock, "rx" or "tx", bytes) in order of writing."""
+    start = started_wall_ns(file)
+    for message in file.stream({layout.WIRE}):
+        wire = decode(ros2.Wire, message.data)
+        yield message.log_time_ns - start, layout.DIRECTIONS[wire.direction & 1], wire.data
+
+
+def read_log(path: Path | str) -> Log:
+    """A recording, decoded. Times are on the recorder's clock, or absolute in a bag that no recorder of ours made.
+
+    What is missing of a damaged file is told in `events` and counted in `counts["damage"]`. Raises NotARecording,
+    BadRobot, BadMessage and what `open_recording` raises.
+    """
+    file = open_recording(path)
+    try:
+        log = _decoded(file)
+        events = tuple(_events(file))
+        truth = log.truth or _truth(file)
+    except BadMessage as error:
+        raise NotARecording(file.path, f"cannot be read: {error}") from None
+    last = int(log.odometry.t_ns[-1]) if len(log.odometry.t_ns) else 0
+    events += tuple(Event(last, "warn", sentence) for sentence in file.damage)
+    counts = log.counts | ({"damage": len(file.damage)} if file.damage else {})
+    return replace(log, truth=truth, surfaces=_surfaces(file), events=events, counts=counts)
+
+
+def recording_digest(path: Path | str) -> str:
+    """What a recording is, whatever its file's bytes: a hash of the robot's parameters and of the wire.
+
+    Without a wire it hashes what the replay gets: odometry and readings as `read_log` gives them.
+    """
+    file = open_recording(path)
+    robot = robot_of(file)
+    digest = hashlib.blake2b(digest_size=32, person=b"recording")
+    digest.update(json.dumps(robot and robot.as_dict(), sort_keys=True).encode())
+    bare = True
+    for t_ns, direction, data in wire_of(file):
+        bare = False
+        digest.update(WIRE_RECORD.pack(t_ns, layout.DIRECTIONS.index(direction), len(data)) + data)
+    if bare:
+        log = _decoded(file)
+        for table in (log.odometry, log.readings):
+            for column in vars(table).values():
+                digest.update(np.ascontiguousarray(column, dtype="<i8").tobytes())
+    return digest.hexdigest()
+
+
+def _decoded(file: McapReader) -> Log:
+    robot = robot_of(file)
+    wire = list(wire_of(file))
+    if not wire:
+        return log_from_topics(file, robot, started_wall_ns(file))
+    if robot is None:
+        raise NotARecording(file.path, "has a /wire, but does not say of which robot: it ended before the handshake")
+    return decode_wire(wire, robot)
+
+
+def _events(file: McapReader) -> Iterator[Event]:
+    start = started_wall_ns(file)
+    for message in file.messages({layout.EVENTS}):
+        line = decode(ros2.Log, message.data)
+        yield Event(message.log_time_ns - start, LEVEL_NAMES.get(line.level, "info"), line.msg)
+
+
+def _truth(file: McapReader) -> Truth | None:
+    start = started_wall_ns(file)
+    times, poses = [], []
+    for message in file.messages({layout.TRUTH}):
+        pose = decode(ros2.PoseStamped, message.data).pose
+        times.append(message.log_time_ns - start)
+        poses.append((pose.position.x, pose.position.y, layout.yaw(pose.orientation)))
+    return Truth(np.array(times, dtype=np.int64), np.array(poses, dtype=np.float64)) if times else None
+
+
+def _surfaces(file: McapReader) -> Surfaces | None:
+    stored = file.attachments.get(layout.SURFACES)
+    if stored is None:
+        return None
+    data = json.loads(stored.data)
+    segments = np.array(data["segments"], dtype=np.float64).reshape(-1, 4)
+    return Surfaces(data["world"], segments, np.array(data["poles"], dtype=np.float64).reshape(-1, 3))
