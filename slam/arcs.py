@@ -45,14 +45,17 @@ class ArcConfig:
 class Arc:
     """Readings (indices, in order of bearing) of one sonar at one distance.
 
-    `first` and `last` are the extreme axis angles in rad (first ≤ last), `distance` m from F's origin, `spread` m the
-    largest deviation from it. `whole`: neither end lies at the start or end of the turn.
+    `first` and `last` are the extreme axis angles in rad (first ≤ last), `before` and `after` those of the sonar's next
+    readings on either side, which are no part of it: the arc's true edges lie in between. `distance` m from F's origin,
+    `spread` m the largest deviation from it. `whole`: neither end lies at the start or end of the turn.
     """
 
     sonar: int
     readings: tuple[int, ...]
+    before: float
     first: float
     last: float
+    after: float
     distance: float
     spread: float
     whole: bool
@@ -60,7 +63,7 @@ class Arc:
     @property
     def bearing(self) -> float:
         """Bearing of the surface's normal: the middle of the arc, rad."""
-        return 0.5 * (self.first + self.last)
+        return 0.25 * ((self.before + self.first) + (self.last + self.after))
 
 
 @dataclass(frozen=True)
@@ -160,16 +163,25 @@ def _levelled(track: _Track, members: list[int], config: ArcConfig) -> list[floa
 
 
 def _arc(sonar: int, track: _Track, run: _Run) -> Arc:
-    first, last = track.axis[run.members[0]], track.axis[run.members[-1]]
+    begin, end = run.members[0], run.members[-1]
+    first, last = track.axis[begin], track.axis[end]
     mean = dmath.ordered_sum(run.distances) / len(run.distances)
+    if track.closed:
+        before = track.axis[begin - 1] if begin else track.axis[len(track.axis) // 2 - 1] - 2.0 * dmath.PI
+        after, whole = track.axis[end + 1], True
+    else:
+        whole = begin > 0 and end < len(track.axis) - 1
+        before, after = (track.axis[begin - 1], track.axis[end + 1]) if whole else (first, last)
     return Arc(
         sonar=sonar,
         readings=tuple(track.index[m] for m in run.members),
+        before=before,
         first=first,
         last=last,
+        after=after,
         distance=mean,
         spread=max(abs(d - mean) for d in run.distances),
-        whole=track.closed or (run.members[0] > 0 and run.members[-1] < len(track.index) - 1),
+        whole=whole,
     )
 
 

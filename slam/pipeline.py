@@ -23,14 +23,14 @@ class State:
 
     poses: tuple[Pose, ...]
     odometry: Pose | None
+    session: int
     calibration: Calibration
     chains: Chains
     grid: Grid
 
-    @property
-    def last(self) -> tuple[Pose, Pose] | None:
-        """The last sweep's pose as odometry had it and as it lies in the map; None before the first."""
-        return (self.odometry, self.poses[-1]) if self.odometry is not None else None
+    def last(self, session: int) -> tuple[Pose | None, Pose] | None:
+        """The last sweep's pose as odometry had it (None: in another session) and in the map; None before the first."""
+        return (self.odometry if session == self.session else None, self.poses[-1]) if self.poses else None
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ def first_state(ring: SonarRing, algorithm: Algorithm) -> State:
     return State(
         poses=(),
         odometry=None,
+        session=0,
         calibration=Calibration.unknown(len(ring.mountings)),
         chains=Chains(),
         grid=Grid(grid.cell_m, grid.occupied_from, grid.free_from),
@@ -69,7 +70,7 @@ def first_state(ring: SonarRing, algorithm: Algorithm) -> State:
 def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> Step:
     """One sweep through the blocks of Fig. 5."""
     config = algorithm.config
-    calibrated = self_calibrate(sweep, ring, state.last, state.calibration, config.self_calibration)
+    calibrated = self_calibrate(sweep, ring, state.last(sweep.session), state.calibration, config.self_calibration)
     reliability = analyse_reliability(calibrated, config.reliability)
     features = extract_features(reliability, config.features)
     association = associate(features.walls, state.chains, calibrated.predicted, config.association)
@@ -79,7 +80,7 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> S
     poses = (*state.poses, localisation.pose)
     grid, patch = extend_map(state.grid, calibrated, reliability, posed, chains, poses, config.map)
     decision = next_goal(grid, localisation.pose, config.frontier)
-    after = State(poses, calibrated.odometry, calibrated.calibration, chains, grid)
+    after = State(poses, calibrated.odometry, sweep.session, calibrated.calibration, chains, grid)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
 
 

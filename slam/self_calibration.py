@@ -21,8 +21,8 @@ class SelfCalibrationConfig:
     """Priors of the ridge fit; `fit = false` leaves the odometry as it came."""
 
     fit: bool = True
-    bearing_sigma_deg: float = 1.0  # of one arc's middle
-    scale_sigma: float = 0.03
+    bearing_sigma_deg: float = 2.0  # of one arc's middle, whose ends are 4° steps apart
+    scale_sigma: float = 0.01
     mounting_sigma_deg: float = 1.0
     min_range_m: float = 0.10
 
@@ -63,11 +63,16 @@ class Calibrated:
 
 
 def self_calibrate(
-    sweep: Sweep, ring: SonarRing, last: tuple[Pose, Pose] | None, known: Calibration, config: SelfCalibrationConfig
+    sweep: Sweep,
+    ring: SonarRing,
+    last: tuple[Pose | None, Pose] | None,
+    known: Calibration,
+    config: SelfCalibrationConfig,
 ) -> Calibrated:
     """Beams of the sweep with the rotation error taken out, and the pose predicted from `last`.
 
-    `last` is the (odometry, map) pose of the sweep before; None puts F at the map's origin.
+    `last` is the (odometry, map) pose of the sweep before; None puts F at the map's origin. Where odometry is not
+    connected with that sweep's (None) the robot is taken to be where it was.
     """
     raw = _aimed(sweep, ring, known, config)
     if config.fit and sweep.kind == "scan":
@@ -75,6 +80,8 @@ def self_calibrate(
         raw = _aimed(sweep, ring, known, config)
     if last is None:
         return replace(raw, predicted=ORIGIN)
+    if last[0] is None:
+        return replace(raw, predicted=last[1])
     step = last[0].step_to(raw.odometry)
     turned = Pose(step.x, step.y, step.theta * (1.0 + known.rotation_scale))
     return replace(raw, predicted=last[1].compose(turned).quantised())

@@ -42,10 +42,11 @@ class Sweep:
 
     All arrays are int64 of shape (n,). `x_um`, `y_um` in micrometres and `heading` in 1/TURN of a turn are the
     odometry frame's, unwrapped; `reference` is the index of the reading whose pose is the sweep's frame F.
+    Odometry of two sessions is not connected (a reset, a gap).
     """
 
-    index: int
     kind: SweepKind
+    session: int
     reference: int
     t_ns: Ints
     sonar: Ints
@@ -53,14 +54,13 @@ class Sweep:
     x_um: Ints
     y_um: Ints
     heading: Ints
-    continuous: bool = True  # False: odometry jumped (reset, gap) since the sweep before
 
     def __post_init__(self) -> None:
         arrays = (self.t_ns, self.sonar, self.range_mm, self.x_um, self.y_um, self.heading)
         if any(array.shape != self.t_ns.shape or array.dtype != np.int64 for array in arrays):
-            raise SlamError(f"sweep {self.index}: all arrays must be int64 of one length")
+            raise SlamError("a sweep's arrays must be int64 of one length")
         if not 0 <= self.reference < len(self.t_ns):
-            raise SlamError(f"sweep {self.index}: reference {self.reference} is no reading of it")
+            raise SlamError(f"reading {self.reference} cannot be the reference of a sweep of {len(self.t_ns)}")
 
     def __len__(self) -> int:
         return len(self.t_ns)

@@ -3,6 +3,7 @@
 Made from `/wire` bytes, from ROS 2 topics, or from imported text; nothing after this file knows which.
 """
 
+import json
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -60,6 +61,18 @@ class Surfaces:
     world: str
     segments: Floats
     poles: Floats
+
+    def to_json(self) -> bytes:
+        """As kept in recordings and runs."""
+        data = {"world": self.world, "segments": self.segments.tolist(), "poles": self.poles.tolist()}
+        return json.dumps(data).encode()
+
+    @classmethod
+    def from_json(cls, text: bytes) -> "Surfaces":
+        """The inverse of `to_json`."""
+        data = json.loads(text)
+        segments = np.array(data["segments"], dtype=np.float64).reshape(-1, 4)
+        return cls(data["world"], segments, np.array(data["poles"], dtype=np.float64).reshape(-1, 3))
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,6 @@ def scan(
     walls: list[StraightWall],
     true: Pose,
     odometry: Pose | None = None,
-    index: int = 0,
     step_deg: float = 4.0,
     sonars: tuple[int, ...] = tuple(range(8)),
 ) -> Sweep:
@@ -65,16 +64,16 @@ def scan(
             x = true.x + math.cos(heading) * mount.x - math.sin(heading) * mount.y
             y = true.y + math.sin(heading) * mount.x + math.cos(heading) * mount.y
             rows.append((sonar, echo_mm(walls, x, y, heading + mount.heading), odometry.theta + turn))
-    sonar, mm, heading = (np.array(column) for column in zip(*rows, strict=True))
+    disc, mm, headings = (np.array(column) for column in zip(*rows, strict=True))
     n = len(rows)
     return Sweep(
-        index=index,
         kind="scan",
-        reference=int(np.argmin(np.abs(heading - odometry.theta))),
+        session=0,
+        reference=int(np.argmin(np.abs(headings - odometry.theta))),
         t_ns=np.arange(n) * 40_000_000,
-        sonar=sonar.astype(np.int64),
+        sonar=disc.astype(np.int64),
         range_mm=mm.astype(np.int64),
         x_um=np.full(n, round(odometry.x * 1e6)),
         y_um=np.full(n, round(odometry.y * 1e6)),
-        heading=np.rint(heading / (2 * math.pi) * TURN).astype(np.int64),
+        heading=np.rint(headings / (2 * math.pi) * TURN).astype(np.int64),
     )

@@ -1,0 +1,90 @@
+"""sonarlog replay."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cli.options import FILE, FOLDER, algorithm_settings, as_json, force, quiet, settings_from
+
+if TYPE_CHECKING:
+    from slam.pipeline import Step
+
+WINDOW = "window"
+
+
+@click.command("replay")
+@click.argument("recording", type=FILE, required=False)
+@click.option("--algorithm", "name", default=None, help="Which algorithm; see `sonarlog algorithms`. Default: paper.")
+@algorithm_settings
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    help="The run to write. Default: NAME.ALGORITHM.run.mcap here; with --viz none.",
+)
+@click.option("--export", "folder", type=FOLDER, help="Also write map.pgm, map.yaml, trajectory.tum, walls.csv here.")
+@click.option(
+    "--viz",
+    is_flag=False,
+    flag_value=WINDOW,
+    metavar="[FILE.rrd]",
+    help="Inspect sweep by sweep in Rerun's viewer, or save that to a file.",
+)
+@force
+@as_json
+@quiet
+def command(
+    recording: Path | None,
+    name: str | None,
+    config: Path | None,
+    changes: tuple[str, ...],
+    output: Path | None,
+    folder: Path | None,
+    viz: str | None,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Replay a RECORDING through the SLAM pipeline into a run.
+
+    The same recording, algorithm and settings give the same digest on every machine.
+
+    \b
+    Example:
+      sonarlog replay recordings/corridor.mcap --viz
+    """
+    if recording is None and viz not in (None, WINDOW) and not str(viz).endswith(".rrd"):
+        recording, viz = Path(str(viz)), WINDOW  # `replay --viz RECORDING`
+    if recording is None:
+        raise click.UsageError("which recording? sonarlog replay RECORDING")
+    from cli.progress import progress
+    from slam.algorithms import DEFAULT, algorithm
+    from sonarlog.replay import replay
+
+    chosen = algorithm(name or DEFAULT).configured(settings_from(config, changes))
+    if output is None and (viz is None or folder is not None):
+        output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
+    inspection = _inspection(viz, recording, force=force)
+    with progress("replaying", quiet=quiet) as advance:
+
+        def watch(step: "Step", number: int, count: int) -> None:
+            if inspection is not None:
+                inspection.add(step)
+            advance(number + 1, count)
+
+        result = replay(recording, chosen, output, force=force, watch=watch)
+    if inspection is not None:
+        inspection.finish()
+    if folder is not None and output is not None:
+        from sonarlog.export import export
+        from sonarlog.runs import read_run
+
+        export(read_run(output), folder, force=force)
+    if as_json:
+        click.echo(json.dumps({"run": output and str(output), "digest": result.digest, **result.counts}))
+        return
+    click.echo(f"{result.digest}  {output or recording}  {result.sweeps} sweeps, {chosen.name} {chosen.version}")
+    if not quiet:
+        click.echo(_told(result.counts), err=True)

@@ -1,0 +1,46 @@
+"""Where a result comes from: the algorithm's own code, and, kept apart, the machine that ran it."""
+
+import hashlib
+import platform
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+import slam
+from sonarlog import __version__
+
+
+def code_digest() -> str:
+    """Hex digest of the source of `slam/`: file names and contents, in order of name."""
+    state = hashlib.blake2b(digest_size=16)
+    for path in sorted(Path(slam.__path__[0]).glob("*.py")):
+        data = path.read_bytes()
+        state.update(f"{path.name}:{len(data)};".encode() + data)
+    return state.hexdigest()
+
+
+def machine_facts() -> dict[str, str]:
+    """Versions, platform and git state: true of this run, and no part of its result."""
+    return {
+        "sonarlog": __version__,
+        "python": platform.python_version(),
+        "numpy": metadata.version("numpy"),
+        "platform": f"{sys.platform} {platform.machine()}",
+        **_git_facts(Path(slam.__path__[0])),
+    }
+
+
+def _git_facts(folder: Path) -> dict[str, str]:
+    """Commit of the checkout that holds the code, and whether slam/ was changed since; nothing outside a checkout."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+
+    try:
+        commit = git("rev-parse", "HEAD")
+        dirty = bool(git("status", "--porcelain", "--", str(folder)))
+    except (OSError, subprocess.SubprocessError):
+        return {}
+    return {"git_commit": commit, "git_dirty": str(dirty).lower()}

@@ -1,0 +1,107 @@
+"""Replay: a recording through the pipeline, sweep by sweep, into a run.
+
+Must not know: files' formats, viewers, clocks.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from slam import pipeline
+from slam.algorithms import Algorithm
+from slam.geometry import Pose
+from slam.pipeline import Step
+from sonarlog.digest import RunDigest
+from sonarlog.errors import SonarlogError
+from sonarlog.log import Log, Truth
+from sonarlog.recording import read_log, recording_digest
+from sonarlog.runs import RunWriter, identify
+from sonarlog.sweeps import Cut, CutConfig, cut
+
+
+class NoSweeps(SonarlogError):
+    """There is nothing to replay in the recording."""
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of a replay: the run's digest, and what of the recording was used and what was left out."""
+
+    digest: str
+    sweeps: int
+    counts: dict[str, int]
+
+
+def replay(
+    recording: Path,
+    algorithm: Algorithm,
+    output: Path | None,
+    *,
+    force: bool = False,
+    cutting: CutConfig | None = None,
+    watch: Callable[[Step, int, int], None] | None = None,
+) -> Replayed:
+    """Replay a recording and write the run (None: only its digest is made).
+
+    `watch` gets each step, its number and how many there are. Raises NoSweeps, and what reading the recording and
+    writing the run raise; a run that fails leaves no file.
+    """
+    log = read_log(recording)
+    sweeps = sweeps_of(log, recording, cutting)
+    counts = used_and_left_out(log, sweeps)
+    identity = identify(recording_digest(recording), algorithm)
+    result = RunDigest(identity)
+    with RunWriter(output, identity, force=force) if output else nullcontext() as writer:
+        for number, step in enumerate(replay_sweeps(log, sweeps, algorithm)):
+            digests = result.add(step)
+            if writer:
+                truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))
+                writer.add(step, digests, result.chain, truth)
+            if watch:
+                watch(step, number, len(sweeps.sweeps))
+        if writer:
+            writer.finish(result, step.state.grid, counts, log.surfaces)
+    return Replayed(result.result(), len(sweeps.sweeps), counts)
+
+
+def replay_sweeps(log: Log, sweeps: Cut, algorithm: Algorithm) -> Iterator[Step]:
+    """Step after step of the log's sweeps."""
+    return pipeline.run(sweeps.sweeps, log.robot.ring(), algorithm)
+
+
+def sweeps_of(log: Log, recording: Path, cutting: CutConfig | None = None) -> Cut:
+    """The sweeps of a recording's log. Raises NoSweeps saying why there are none."""
+    if len(log.readings.t_ns) == 0:
+        raise NoSweeps(f"{recording} holds no sonar readings: there is nothing to replay")
+    if len(log.odometry.t_ns) == 0:
+        raise NoSweeps(f"{recording} holds no odometry: without it its readings have no place")
+    sweeps = cut(log, cutting)
+    if not sweeps.sweeps:
+        count = len(log.readings.t_ns)
+        raise NoSweeps(f"{recording} holds {count} readings, but no full turn and no drive long enough for a sweep")
+    return sweeps
+
+
+def used_and_left_out(log: Log, sweeps: Cut) -> dict[str, int]:
+    """What the replay used of the recording and, by reason, what it did not."""
+    used = sum(len(sweep) for sweep in sweeps.sweeps)
+    left_out = {f"readings_left_out_{reason}": count for reason, count in sweeps.left_out.items()}
+    return {**log.counts, "sweeps": len(sweeps.sweeps), "readings_used": used, **left_out}
+
+
+def true_pose(truth: Truth | None, t_ns: int) -> Pose | None:
+    """The true pose at a moment, on the line between the two nearest known ones; None where it is not known."""
+    if truth is None or not len(truth.t_ns) or not truth.t_ns[0] <= t_ns <= truth.t_ns[-1]:
+        return None
+    after = int(np.searchsorted(truth.t_ns, t_ns))
+    x1, y1, theta1 = truth.pose[after].tolist()
+    if truth.t_ns[after] == t_ns:
+        return Pose(x1, y1, theta1)
+    x0, y0, theta0 = truth.pose[after - 1].tolist()
+    before = Pose(x0, y0, theta0)
+    step = before.step_to(Pose(x1, y1, theta1))
+    part = float(t_ns - truth.t_ns[after - 1]) / float(truth.t_ns[after] - truth.t_ns[after - 1])
+    return Pose(x0 + part * (x1 - x0), y0 + part * (y1 - y0), theta0 + part * step.theta)

@@ -1,0 +1,211 @@
+"""Runs: what one replay of one recording with one algorithm and configuration made, as an MCAP file.
+
+The file opens in Rerun and Foxglove by itself (map, path, walls, text) and holds every step's values and digests.
+What must be equal on every machine stands in the metadata `run`, facts about the machine in `machine`.
+"""
+
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from slam.algorithms import Algorithm
+from slam.association import Chains
+from slam.config import settings
+from slam.geometry import Pose
+from slam.grid import Grid, Patch
+from slam.pipeline import Step
+from sonarlog.digest import RunDigest
+from sonarlog.errors import SonarlogError
+from sonarlog.log import Surfaces, Truth
+from sonarlog.mcap_file import McapReader, McapWriter
+from sonarlog.provenance import code_digest, machine_facts
+from sonarlog.run_topics import RunTopics
+from sonarlog.step_data import chains_of, pose_data, pose_of, step_data
+
+SURFACES = "surfaces.json"
+VERSION = 1
+"""Of the run file; a reader refuses newer ones by name."""
+
+STEP_SCHEMA = json.dumps({"type": "object", "title": "sonarlog step", "description": "see docs/runs.md"})
+
+
+class BadRun(SonarlogError):
+    """The file is no run, or one that this version cannot read."""
+
+
+@dataclass(frozen=True)
+class RunIdentity:
+    """What decides a run's result: the same identity gives the same digest on every machine."""
+
+    recording_digest: str
+    algorithm: str
+    algorithm_version: int
+    config: dict[str, Any]
+    code_digest: str
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """One sweep of a run; `digests` by block letter, `chain` the digest of everything up to here, `data` all values."""
+
+    index: int
+    t_ns: int
+    odometry: Pose
+    predicted: Pose
+    pose: Pose
+    truth: Pose | None
+    digests: dict[str, str]
+    chain: str
+    data: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run read back."""
+
+    path: Path
+    identity: RunIdentity
+    counts: dict[str, int]
+    machine: dict[str, str]
+    digest: str
+    map_digest: str
+    sweeps: tuple[SweepResult, ...]
+    grid: Grid
+    surfaces: Surfaces | None
+
+    @cached_property
+    def truth(self) -> Truth | None:
+        """The true poses at the sweeps' reference readings, in the recording's frame, if they are known."""
+        poses = [sweep.truth for sweep in self.sweeps]
+        known = [(pose.x, pose.y, pose.theta) for pose in poses if pose is not None]
+        if not known or len(known) < len(poses):
+            return None
+        return Truth(np.array([sweep.t_ns for sweep in self.sweeps]), np.array(known))
+
+    @cached_property
+    def chains(self) -> Chains:
+        """The walls as they were chained, at the poses at which they joined."""
+        return chains_of([sweep.data for sweep in self.sweeps])
+
+
+def identify(recording_digest: str, algorithm: Algorithm) -> RunIdentity:
+    """The identity of a run of this algorithm, as this code would make it now."""
+    return RunIdentity(recording_digest, algorithm.name, algorithm.version, settings(algorithm.config), code_digest())
+
+
+class RunWriter:
+    """Write a run step by step. A context manager: it finishes the file, or removes it when the block raised.
+
+    Raises what `McapWriter` raises.
+    """
+
+    def __init__(self, path: Path | str, identity: RunIdentity, *, force: bool = False) -> None:
+        self._identity = identity
+        self._writer = McapWriter(path, force=force)
+        self._topics = RunTopics(self._writer)
+        self._steps = self._writer.channel("/step", "sonarlog.Step", STEP_SCHEMA, encoding="json")
+        self._count = 0
+
+    def add(self, step: Step, digests: Mapping[str, str], chain: str, truth: Pose | None = None) -> None:
+        """Write what the step shows, its values and its digests; `truth` is where the robot really was."""
+        data = step_data(step, self._count)
+        record = {**data, "truth": truth and pose_data(truth), "digests": dict(digests), "chain": chain}
+        self._writer.write(self._steps, data["t_ns"], json.dumps(record, allow_nan=False).encode())
+        self._topics.add(step, self._count, chain)
+        self._count += 1
+
+    def finish(self, result: RunDigest, grid: Grid, counts: Mapping[str, int], surfaces: Surfaces | None) -> None:
+        """Write the final map, the digests and the metadata."""
+        run = {
+            "version": str(VERSION),
+            "identity": json.dumps(asdict(self._identity), sort_keys=True),
+            "counts": json.dumps(dict(counts), sort_keys=True),
+            "sweeps": str(self._count),
+            "map_digest": result.map_digest(),
+            "digest": result.result(),
+        }
+        self._write_grid(grid)
+        if surfaces is not None:
+            self._writer.attachment(SURFACES, "application/json", surfaces.to_json())
+        self._writer.metadata("run", run)
+        self._writer.metadata("machine", machine_facts())
+
+    def _write_grid(self, grid: Grid) -> None:
+        cells, left, bottom = grid.dense()
+        place = {
+            "cell_m": grid.cell_m,
+            "left": left,
+            "bottom": bottom,
+            "occupied_from": grid.occupied_from,
+            "free_from": grid.free_from,
+        }
+        self._writer.metadata("map", {"place": json.dumps(place)})
+        self._writer.attachment("map.npy", "application/x-npy", _npy(cells))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        if kind is None:
+            self._writer.finish()
+        else:
+            self._writer.abandon()
+
+
+def read_run(path: Path | str) -> Run:
+    """Read a run file. Raises CannotRead, NotMcap, and BadRun for a file that holds no whole run."""
+    reader = McapReader(path)
+    if "run" not in reader.metadata:
+        kind = "is a recording, not a run: replay it first" if "recording" in reader.metadata else "holds no run"
+        raise BadRun(f"{path} {kind if not reader.damage else 'is incomplete: replay the recording again'}")
+    data = reader.metadata["run"]
+    if int(data["version"]) > VERSION:
+        raise BadRun(f"{path} is a run of version {data['version']}; this sonarlog reads up to version {VERSION}")
+    if reader.damage:
+        raise BadRun(f"{reader.damage[0]}; replay the recording again")
+    surfaces = reader.attachments.get(SURFACES)
+    records = [json.loads(message.data) for message in reader.stream(["/step"])]
+    return Run(
+        path=Path(path),
+        identity=RunIdentity(**json.loads(data["identity"])),
+        counts=json.loads(data["counts"]),
+        machine=reader.metadata.get("machine", {}),
+        digest=data["digest"],
+        map_digest=data["map_digest"],
+        sweeps=tuple(_sweep_result(record) for record in records),
+        grid=_grid(reader),
+        surfaces=Surfaces.from_json(surfaces.data) if surfaces else None,
+    )
+
+
+def _sweep_result(record: dict[str, Any]) -> SweepResult:
+    return SweepResult(
+        index=record["sweep"],
+        t_ns=record["t_ns"],
+        odometry=pose_of(record["odometry"]),
+        predicted=pose_of(record["predicted"]),
+        pose=pose_of(record["pose"]),
+        truth=pose_of(record["truth"]) if record["truth"] else None,
+        digests=record["digests"],
+        chain=record["chain"],
+        data=record,
+    )
+
+
+def _grid(reader: McapReader) -> Grid:
+    place = json.loads(reader.metadata["map"]["place"])
+    empty = Grid(place["cell_m"], place["occupied_from"], place["free_from"])
+    cells = np.load(io.BytesIO(reader.attachments["map.npy"].data))
+    return empty.extended(Patch(place["left"], place["bottom"], cells)) if cells.size else empty
+
+
+def _npy(array: np.ndarray[Any, np.dtype[Any]]) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, array)
+    return stream.getvalue()
