@@ -60,14 +60,16 @@ class Sample:
 def firing_age_ms(index: int, count: int, robot: Robot) -> int:
     """How long before its SIP reading `index` of `count` was fired.
 
-    Discs fire every sonar cycle; of what a SIP cycle leaves over, up to half a sonar cycle lies after the last one:
-    60, 20 ms for two readings and 80, 40, 0 for three at 40 ms in 100 ms. More readings than can have been fired in
-    the cycle come from a simulator that fires all at once, when it sends.
+    One disc of each array of eight fires every sonar cycle; of what a SIP cycle leaves over, up to half a sonar cycle
+    lies after the last one: 60, 20 ms for two readings and 80, 40, 0 for three at 40 ms in 100 ms. More readings than
+    can have been fired in the cycle come from a simulator that fires all at once, when it sends.
     """
-    if count * robot.sonar_cycle_ms > robot.sip_cycle_ms + robot.sonar_cycle_ms:
+    arrays = -(-len(robot.sonars) // 8)
+    beats = -(-count // arrays)
+    if beats * robot.sonar_cycle_ms > robot.sip_cycle_ms + robot.sonar_cycle_ms:
         return 0
-    slack = max(0, robot.sip_cycle_ms - count * robot.sonar_cycle_ms)
-    return (count - 1 - index) * robot.sonar_cycle_ms + min(slack, robot.sonar_cycle_ms // 2)
+    slack = max(0, robot.sip_cycle_ms - beats * robot.sonar_cycle_ms)
+    return (beats - 1 - index // arrays) * robot.sonar_cycle_ms + min(slack, robot.sonar_cycle_ms // 2)
 
 
 class WireDecoder:

@@ -52,6 +52,12 @@ def test_readings_are_fired_before_their_sip(count: int, ages: list[int]) -> Non
     assert [firing_age_ms(index, count, ROBOT) for index in range(count)] == ages
 
 
+def test_two_arrays_fire_two_readings_at_a_time() -> None:
+    pioneer = load_robot("p3dx-sh")
+    assert [firing_age_ms(index, 6, pioneer) for index in range(6)] == [80, 80, 40, 40, 0, 0]
+    assert [firing_age_ms(index, 4, pioneer) for index in range(4)] == [60, 60, 20, 20]
+
+
 def test_readings_get_the_pose_of_their_own_moment_whatever_the_stamps_do() -> None:
     first, second = Sip(heading=0), Sip(heading=50, sonar=((0, 1000), (4, 5000)))
     for late_ms in (100, 60, 140, 0):

@@ -1,0 +1,213 @@
+"""`sonarlog record`: drive a robot and record it."""
+
+import shlex
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cli import options
+
+if TYPE_CHECKING:
+    from sonarlog.log import Event
+    from sonarlog.recorder import Plan, Status
+
+PLAIN_EVERY_S = 5.0
+
+
+@click.command("record")
+@click.option("--port", required=True, metavar="URL", help="/dev/ttyUSB0, socket://HOST:PORT or sim://WORLD?seed=1.")
+@click.option("-o", "--output", required=True, type=options.FILE, help="The recording to write, NAME.mcap.")
+@click.option("--route", metavar="TEXT|FILE", help="What to drive; see above.")
+@click.option("--drive", type=click.Choice(["route", "none"]), default="route", help="none: record without moving.")
+@click.option("--max-stations", type=click.IntRange(1), default=40, show_default=True, help="Scans without --route.")
+@click.option(
+    "--spacing", type=click.FloatRange(0.1, 5), default=0.8, show_default=True, help="Metres from scan to scan."
+)
+@click.option("--time", "limit", type=click.FloatRange(0, min_open=True), metavar="SECONDS", help="End after so long.")
+@click.option("--robot", metavar="NAME|FILE", help="Robot parameters, if not those of the type it says it is.")
+@click.option("--baud", type=int, default=9600, show_default=True, help="Of a serial line.")
+@click.option(
+    "--speed",
+    type=click.FloatRange(0, min_open=True),
+    metavar="N",
+    help="The robot at the port is a simulator that runs N times faster than real time.",
+)
+@click.option("--lean", is_flag=True, help="A seventh of the size: the wire, and little beside it.")
+@options.force
+@options.quiet
+@click.option("-v", "--verbose", is_flag=True, help="Tell every event, sweeps too.")
+def command(
+    port: str,
+    output: Path,
+    route: str | None,
+    drive: str,
+    max_stations: int,
+    spacing: float,
+    limit: float | None,
+    robot: str | None,
+    baud: int,
+    speed: float | None,
+    lean: bool,
+    force: bool,
+    quiet: bool,
+    verbose: bool,
+) -> int:
+    """Drive the robot at a port and record its sweeps to an MCAP file.
+
+    A route is text, or a file of it: steps separated by `;`.
+
+    \b
+      scan            turn on the spot by a full circle
+      go METRES       straight on by odometry (backwards if negative)
+      turn DEGREES    on the spot by odometry, counter-clockwise
+      follow METRES   onwards in the middle of what the sonars see
+      repeat N (…)    the steps in parentheses N times
+
+    `go` and `follow` stop before what the sonars see; inside a `repeat`, a way that is closed ends it. Without a
+    route: scan, and follow what is open to the next scan, until the way ahead is closed.
+
+    Ctrl-C finishes the file, stops the robot and closes it.
+
+    \b
+    Example:
+      sonarlog record --port /dev/ttyUSB0 -o corridor.mcap
+      sonarlog record --port sim://corridor?seed=3 -o sim.mcap --route "repeat 5 (scan; follow 0.8)"
+    """
+    if speed is not None and port.startswith("sim://"):
+        raise click.UsageError("the embedded robot's speed stands in its URL: sim://WORLD?speed=N")
+    settings = dict(click.get_current_context().params, output=str(output))
+    plan = _plan(settings)
+    line = _Line(quiet=quiet, verbose=verbose)
+    with _interrupts() as stop, line:
+        status = _record(settings, plan, line, stop)
+    click.echo(f"{output}: {_summary(status)}", err=True)
+    return 130 if stop() else 0
+
+
+def _plan(settings: dict[str, Any]) -> "Plan":
+    from sonarlog.recorder import SECOND, Plan
+    from sonarlog.robot import load_robot
+    from sonarlog.route import default_route, parse_route
+
+    route = None
+    if settings["drive"] == "route":
+        text = settings["route"]
+        route = parse_route(_text(text)) if text else default_route(settings["spacing"], settings["max_stations"])
+    elif settings["route"]:
+        raise click.UsageError("--route says where to drive and --drive none not to: give one of them")
+    return Plan(
+        route,
+        load_robot(settings["robot"]) if settings["robot"] else None,
+        limit_ns=int(settings["limit"] * SECOND) if settings["limit"] else None,
+        patience_ns=int(SECOND * max(1.0, settings["speed"] or 1.0)),
+    )
+
+
+def _text(route: str) -> str:
+    """The route itself, or what is in the file of that name."""
+    path = Path(route)
+    try:
+        return path.read_text(encoding="utf-8") if len(route) < 256 and path.is_file() else route
+    except (OSError, UnicodeDecodeError) as error:
+        raise click.UsageError(f"cannot read the route in {route}: {error}") from None
+
+
+def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callable[[], bool]) -> "Status":
+    from sonarlog.recorder import Recorder
+    from sonarlog.recording import RecordingWriter
+    from sonarlog.transport import open_link
+
+    with RecordingWriter(
+        settings["output"],
+        started_wall_ns=time.time_ns(),
+        command_line=shlex.join(["sonarlog", *sys.argv[1:]]),
+        config=settings,
+        lean=settings["lean"],
+        force=settings["force"],
+    ) as writer:
+        recorder: Recorder | None = None
+        try:
+            rate = settings["speed"] or 1.0
+            link = open_link(settings["port"], time.monotonic_ns, rate=rate, baud=settings["baud"])
+            recorder = Recorder(link, writer, plan, wall_ns=time.monotonic_ns, report=line.show, tell=line.tell)
+            return recorder.run(stop)
+        except Exception:
+            if recorder is None or not recorder.heard:
+                writer.abandon()  # there is nothing in it
+            raise
+
+
+@contextmanager
+def _interrupts() -> Iterator[Callable[[], bool]]:
+    """Ctrl-C, SIGTERM and a lost terminal only say that it is time to stop, so that the file gets its end."""
+    asked = False
+
+    def ask(_number: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        asked = True
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    try:
+        yield lambda: asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _summary(status: "Status") -> str:
+    return (
+        f"{status.sweeps} sweeps, {status.readings} readings, {status.sips} SIPs and {status.bad_packets} bad packets "
+        f"in {status.t_ns / 1e9:.1f} s"
+    )
+
+
+class _Line:
+    """The live line: rewritten on a terminal, a plain line now and then elsewhere."""
+
+    def __init__(self, *, quiet: bool, verbose: bool) -> None:
+        self._quiet = quiet
+        self._verbose = verbose
+        self._live = sys.stderr.isatty()
+        self._shown_s = time.monotonic()
+        self._width = 0
+
+    def __enter__(self) -> "_Line":
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._clear()
+
+    def show(self, status: "Status") -> None:
+        """How it is going, if it is time to say so."""
+        if self._quiet or not (self._live or time.monotonic() - self._shown_s >= PLAIN_EVERY_S):
+            return
+        self._shown_s = time.monotonic()
+        volts = "" if status.battery_volts is None else f", {status.battery_volts:.1f} V"
+        text = (
+            f"{status.t_ns / 1e9:7.1f} s, {status.sips_per_s:4.1f} SIPs/s, {status.sweeps} sweeps, "
+            f"{status.readings} readings, {status.bad_packets} bad packets{volts}"
+        )
+        if self._live:
+            self._clear()
+            click.echo(text, err=True, nl=False)
+            self._width = len(text)
+        else:
+            click.echo(text.strip(), err=True)
+
+    def tell(self, event: "Event") -> None:
+        """An event above the line: what went wrong always, the rest if asked for."""
+        if self._verbose or (event.level != "info" and not self._quiet):
+            self._clear()
+            click.echo(f"{event.t_ns / 1e9:7.1f} s {event.text}", err=True)
+
+    def _clear(self) -> None:
+        if self._width:
+            click.echo("\r" + " " * self._width + "\r", err=True, nl=False)
+            self._width = 0
