@@ -32,8 +32,8 @@ class ReliabilityConfig:
 class Rcd:
     """A region of constant depth in F: its surface lies at `distance` m along `bearing` rad.
 
-    `left` and `right` (m) bound what was seen of a flat surface there, along its tangent; `width` rad is the span of
-    axis angles, `spread` m the largest deviation of a reading. A strong RCD is wide enough to be a wall.
+    `left` and `right` (m) bound what was seen of a flat surface there, along its tangent; `width` rad is the angle
+    over which it answers, `spread` m the largest deviation of a reading. A strong RCD is wide enough to be a wall.
     """
 
     bearing: float
@@ -99,11 +99,11 @@ def _rcd(arcs: list[Arc], beams: Beams, config: ReliabilityConfig) -> Rcd:
     return Rcd(
         bearing=bearing,
         distance=distance,
-        width=last - first,
+        width=high - low,
         spread=float(np.abs(levels - distance).max()),
         left=distance * _tan(first),
         right=distance * _tan(last),
-        strong=last - first >= config.strong_width_deg * DEGREE,
+        strong=high - low >= config.strong_width_deg * DEGREE,
         sonars=len({arc.sonar for arc in arcs}),
         readings=readings,
     )
