@@ -92,7 +92,7 @@ def recording_digest(path: Path | str) -> str:
     """
     file = open_recording(path)
     robot = robot_of(file)
-    digest = hashlib.blake2b(digest_size=32, person=b"recording")
+    digest = hashlib.blake2b(digest_size=16, person=b"recording")
     digest.update(json.dumps(robot and robot.as_dict(), sort_keys=True).encode())
     bare = True
     for t_ns, direction, data in wire_of(file):

@@ -79,7 +79,7 @@ class RecordingWriter:
                 "schema_version": str(layout.SCHEMA_VERSION),
                 "sonarlog_version": sonarlog.__version__,
                 "started_wall_ns": str(started_wall_ns),
-                "clock": "log_time = started_wall_ns + time on the recorder's monotonic clock",
+                "clock": "started_wall_ns + the recorder's monotonic clock" if wire else "the imported log's own",
                 "command_line": command_line,
                 "config": json.dumps(config, sort_keys=True),
             },
