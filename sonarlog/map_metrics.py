@@ -1,0 +1,159 @@
+"""How true an occupancy map is: are its walls where walls are, are the walls in it, is its free space free.
+
+Must not know: files, algorithms, pictures, how the map was made.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.geometry import Bools, Pose
+from slam.grid import Grid
+from slam.paint import Canvas
+from sonarlog.log import Floats, Surfaces
+
+NEAR_M = 0.10
+SEEN_M = 3.0
+"""A surface nearer than this to a station, with nothing between, ought to be in the map."""
+STEP_M = 0.05
+"""Surfaces are judged point by point, so far apart."""
+
+
+@dataclass(frozen=True)
+class MapQuality:
+    """Shares between 0 and 1; None where there was nothing to judge.
+
+    `occupied_true`: occupied cells within 10 cm of a true surface. `surface_mapped`: length of true surface in sight
+    of a station with an occupied cell within 10 cm. `free_true`: free cells that can be reached in truth; cells that
+    a surface passes through are not counted.
+    """
+
+    occupied_true: float | None
+    surface_mapped: float | None
+    free_true: float | None
+
+
+def map_quality(grid: Grid, surfaces: Surfaces, frame: Pose, stations: Floats) -> MapQuality:
+    """Hold a map against the truth.
+
+    `frame` is the map's origin in the frame of the surfaces, `stations` (n, 2) m are the true places of its sweeps.
+    """
+    cells, left, bottom = grid.dense()
+    occupied = frame.points(_centres(grid.occupied(cells), left, bottom, grid.cell_m))
+    free = frame.points(_centres(grid.free(cells), left, bottom, grid.cell_m))
+    seen = _in_sight(_along(surfaces), surfaces, stations)
+    return MapQuality(
+        occupied_true=_share(distance_to_surfaces(occupied, surfaces) <= NEAR_M),
+        surface_mapped=_share(_has_neighbour(seen, occupied)),
+        free_true=_share(_reachable(free, surfaces, stations, grid.cell_m)),
+    )
+
+
+def distance_to_surfaces(points: Floats, surfaces: Surfaces) -> Floats:
+    """Distance of each point (n, 2) from the nearest surface, in metres; without surfaces infinite."""
+    nearest = np.full(len(points), np.inf)
+    for x0, y0, x1, y1 in surfaces.segments.tolist():
+        dx, dy = x1 - x0, y1 - y0
+        part = np.clip(((points[:, 0] - x0) * dx + (points[:, 1] - y0) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.hypot(points[:, 0] - x0 - part * dx, points[:, 1] - y0 - part * dy))
+    for x, y, radius in surfaces.poles.tolist():
+        nearest = np.minimum(nearest, np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius))
+    return nearest
+
+
+def _centres(mask: Bools, left: int, bottom: int, cell_m: float) -> Floats:
+    """Centres (n, 2) m of the marked cells."""
+    rows, columns = np.nonzero(mask)
+    return np.column_stack([columns + left + 0.5, rows + bottom + 0.5]) * cell_m
+
+
+def _along(surfaces: Surfaces) -> Floats:
+    """Points (n, 2) every few centimetres of surface."""
+    pieces = [np.zeros((0, 2))]
+    for x0, y0, x1, y1 in surfaces.segments.tolist():
+        count = max(1, round(float(np.hypot(x1 - x0, y1 - y0)) / STEP_M))
+        part = (np.arange(count) + 0.5) / count
+        pieces.append(np.column_stack([x0 + part * (x1 - x0), y0 + part * (y1 - y0)]))
+    for x, y, radius in surfaces.poles.tolist():
+        count = max(4, round(2.0 * np.pi * radius / STEP_M))
+        angle = 2.0 * np.pi * np.arange(count) / count
+        pieces.append(np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle)]))
+    return np.concatenate(pieces)
+
+
+def _in_sight(points: Floats, surfaces: Surfaces, stations: Floats) -> Floats:
+    """Those points that some station sees: near enough, and no wall between."""
+    seen = np.zeros(len(points), dtype=bool)
+    for station in stations:
+        near = np.flatnonzero(~seen & (np.hypot(*(points - station).T) <= SEEN_M))
+        clear = np.ones(len(near), dtype=bool)
+        for wall in surfaces.segments:
+            clear &= ~_crossed(station, points[near], wall)
+        seen[near[clear]] = True
+    return points[seen]
+
+
+def _crossed(station: Floats, points: Floats, wall: Floats) -> Bools:
+    """Whether the way from the station to each point (n, 2) goes through the wall (4,) before it arrives."""
+    way, along = points - station, wall[2:] - wall[:2]
+    to_wall = wall[:2] - station
+    across = way[:, 0] * along[1] - way[:, 1] * along[0]
+    safe = np.where(across == 0.0, 1.0, across)
+    part = (to_wall[0] * along[1] - to_wall[1] * along[0]) / safe
+    place = (to_wall[0] * way[:, 1] - to_wall[1] * way[:, 0]) / safe
+    return np.asarray((across != 0.0) & (part > 0.0) & (part < 1.0 - 1e-6) & (place >= 0.0) & (place <= 1.0))
+
+
+def _has_neighbour(points: Floats, others: Floats) -> Bools:
+    """Whether one of the others lies within 10 cm of each point."""
+    found = np.zeros(len(points), dtype=bool)
+    for start in range(0, len(points), 256):  # a block of the distance table at a time
+        block = points[start : start + 256]
+        off = np.hypot(block[:, None, 0] - others[None, :, 0], block[:, None, 1] - others[None, :, 1])
+        found[start : start + 256] = (off <= NEAR_M).any(axis=1) if len(others) else False
+    return found
+
+
+def _reachable(points: Floats, surfaces: Surfaces, stations: Floats, cell_m: float) -> Bools:
+    """For each point that no surface passes through: can it be reached from the stations without crossing one?"""
+    if len(points) == 0:
+        return np.zeros(0, dtype=bool)
+    ends = surfaces.segments.reshape(-1, 2)
+    canvas = Canvas(np.concatenate([points, stations, ends]), cell_m, 2 * cell_m)
+    for x0, y0, x1, y1 in surfaces.segments.tolist():
+        canvas.mark((x0, y0), (x1, y1), 1)
+    solid = canvas.occupied > 0
+    reached = np.zeros_like(solid)
+    reached[_cell(stations, canvas)] = True
+    reached = _flooded(reached, ~solid)
+    for x, y, radius in surfaces.poles.tolist():
+        rows, columns = np.indices(solid.shape)
+        centre_x, centre_y = (columns + canvas.left + 0.5) * cell_m, (rows + canvas.bottom + 0.5) * cell_m
+        reached &= np.hypot(centre_x - x, centre_y - y) > radius
+    at = _cell(points, canvas)
+    return np.asarray(reached[at][~solid[at]])
+
+
+def _cell(points: Floats, canvas: Canvas) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], ...]:
+    """Row and column of the canvas's cells under the points (n, 2)."""
+    at = np.floor(points / canvas.cell_m).astype(np.int64)
+    return at[:, 1] - canvas.bottom, at[:, 0] - canvas.left
+
+
+def _flooded(reached: Bools, open_: Bools) -> Bools:
+    """All open cells that touch a reached one, by their sides, again and again."""
+    reached = reached & open_
+    while True:
+        grown = reached.copy()
+        grown[1:] |= reached[:-1]
+        grown[:-1] |= reached[1:]
+        grown[:, 1:] |= reached[:, :-1]
+        grown[:, :-1] |= reached[:, 1:]
+        grown &= open_
+        if bool((grown == reached).all()):
+            return reached
+        reached = grown
+
+
+def _share(good: Bools) -> float | None:
+    return float(np.mean(good)) if len(good) else None

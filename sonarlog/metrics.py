@@ -1,0 +1,171 @@
+"""How near a path and a map come to the truth: the numbers that algorithms are judged by.
+
+Poses are (n, 3) arrays of x m, y m, θ rad, one row a sweep. Must not know: files, algorithms, pictures.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.association import Chains
+from slam.geometry import ORIGIN, Pose
+from sonarlog.errors import SonarlogError
+from sonarlog.log import Floats
+
+PARALLEL_RAD = np.radians(15.0)
+"""A wall of a sweep shows a true wall if it lies along it within this, and within `BESIDE_M`, from the true pose."""
+BESIDE_M = 0.30
+
+
+class NotComparable(SonarlogError):
+    """A path and a truth that do not belong together."""
+
+
+@dataclass(frozen=True)
+class PathErrors:
+    """Errors of one path against the truth, both laid on one another at the first pose; nothing is scaled.
+
+    `ate_m` is the RMSE of position over the sweeps, `ate_aligned_m` the same after the best rigid alignment.
+    """
+
+    ate_m: float
+    ate_aligned_m: float
+    heading_rmse_deg: float
+    end_m: float
+
+    def ratio(self, other: "PathErrors") -> dict[str, float | None]:
+        """Each error as a part of the other path's (raw odometry's, say); None where the other has none."""
+        return {
+            name: value / getattr(other, name) if getattr(other, name) > 0 else None
+            for name, value in vars(self).items()
+        }
+
+
+def pose_rows(poses: Iterable[Pose]) -> Floats:
+    """Poses as rows (n, 3)."""
+    return np.array([(p.x, p.y, p.theta) for p in poses], dtype=np.float64).reshape(-1, 3)
+
+
+def frame_between(pose: Pose, truth: Pose) -> Pose:
+    """The origin of the map as it lies in the truth's frame, given one pose in both."""
+    return truth.compose(pose.step_to(ORIGIN))
+
+
+def placed(poses: Floats, frame: Pose) -> Floats:
+    """Poses (n, 3) of the frame, in the frame that it is given in."""
+    points = frame.points(poses[:, :2])
+    return np.column_stack([points, _wrapped(poses[:, 2] + frame.theta)])
+
+
+def path_errors(poses: Floats, truth: Floats) -> PathErrors:
+    """Errors of a path (n, 3) against the true poses (n, 3) at the same moments, each in its own frame.
+
+    Raises NotComparable if there are not as many of both, or none.
+    """
+    if len(poses) != len(truth) or len(poses) == 0:
+        raise NotComparable(f"{len(poses)} poses cannot be held against {len(truth)} true ones")
+    mine = placed(poses, frame_between(Pose(*poses[0].tolist()), Pose(*truth[0].tolist())))
+    off = mine[:, :2] - truth[:, :2]
+    turned = _wrapped(mine[:, 2] - truth[:, 2])
+    best = rigid_alignment(mine[:, :2], truth[:, :2])
+    left = best.points(mine[:, :2]) - truth[:, :2]
+    return PathErrors(
+        ate_m=_rms(np.hypot(off[:, 0], off[:, 1])),
+        ate_aligned_m=_rms(np.hypot(left[:, 0], left[:, 1])),
+        heading_rmse_deg=float(np.degrees(_rms(turned))),
+        end_m=float(np.hypot(*off[-1])),
+    )
+
+
+def rigid_alignment(points: Floats, onto: Floats) -> Pose:
+    """The turn and shift that bring points (n, 2) nearest to others (n, 2), in the least-squares sense.
+
+    Closed form in the plane: the angle of the summed products of the centred points [Umeyama 1991, without scale].
+    """
+    centre, goal = points.mean(axis=0), onto.mean(axis=0)
+    a, b = points - centre, onto - goal
+    cross, dot = float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])), float(np.sum(a * b))
+    theta = float(np.arctan2(cross, dot)) if cross or dot else 0.0
+    turned = Pose(0.0, 0.0, theta).points(centre[None, :])[0]
+    return Pose(float(goal[0] - turned[0]), float(goal[1] - turned[1]), theta)
+
+
+@dataclass(frozen=True)
+class MappedWall:
+    """How a true wall, number `wall` of the surfaces, came out: pieces seen, their extent, and how bent they lie.
+
+    `deviation_m` is the largest distance of an end of a piece from the best line through all of them.
+    """
+
+    wall: int
+    pieces: int
+    length_m: float
+    deviation_m: float
+
+
+def straightness(
+    chains: Chains, poses: Floats, truth: Floats, walls: Floats, min_length_m: float = 5.0
+) -> list[MappedWall]:
+    """How straight each true wall (k, 4) of at least that length was mapped [Fig. 12], in the order of the walls.
+
+    A piece of a chain is told by the true pose of its sweep which wall it shows, so that a map bent by a metre is
+    not taken for the wall opposite. `poses` and `truth` (n, 3) are the sweeps', the latter in the frame of `walls`.
+    """
+    long = np.flatnonzero(np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]) >= min_length_m)
+    seen: dict[int, list[Floats]] = {int(k): [] for k in long}
+    for member in chains.members:
+        mapped = np.array([member.segment.start, member.segment.end])
+        pose, true = Pose(*poses[member.sweep].tolist()), Pose(*truth[member.sweep].tolist())
+        ends = frame_between(pose, true).points(mapped)
+        wall = _shown(ends, walls, long.tolist())
+        if wall is not None:
+            seen[wall].append(mapped)
+    return [_mapped_wall(wall, pieces) for wall, pieces in seen.items() if len(pieces) > 1]
+
+
+def chain_straightness(chains: Chains, min_length_m: float = 3.0) -> list[MappedWall]:
+    """The same for each chain that is at least so long, where no truth is known; `wall` is the chain's number."""
+    rows = []
+    for chain in range(len(chains.roots)):
+        pieces = [np.array([m.segment.start, m.segment.end]) for m in chains.of(chain)]
+        mapped = _mapped_wall(chain, pieces)
+        if len(pieces) > 1 and mapped.length_m >= min_length_m:
+            rows.append(mapped)
+    return rows
+
+
+def _mapped_wall(wall: int, pieces: list[Floats]) -> MappedWall:
+    """Total least squares: the line through the middle along the direction of largest spread."""
+    points = np.concatenate(pieces)
+    centred = points - points.mean(axis=0)
+    xx, yy, xy = (float(np.sum(centred[:, i] * centred[:, j])) for i, j in ((0, 0), (1, 1), (0, 1)))
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    along = centred @ np.array([np.cos(angle), np.sin(angle)])
+    across = centred @ np.array([-np.sin(angle), np.cos(angle)])
+    return MappedWall(wall, len(pieces), float(np.ptp(along)), float(np.abs(across).max()))
+
+
+def _shown(ends: Floats, walls: Floats, candidates: list[int]) -> int | None:
+    """The candidate wall along which a piece (2, 2) lies, the nearest of several; None: it shows no wall."""
+    best: tuple[float, int] | None = None
+    direction = float(np.arctan2(*(ends[1] - ends[0])[::-1]))
+    for k in candidates:
+        x0, y0, x1, y1 = walls[k].tolist()
+        length = float(np.hypot(x1 - x0, y1 - y0))
+        tx, ty = (x1 - x0) / length, (y1 - y0) / length
+        off = float(np.abs((ends[:, 1] - y0) * tx - (ends[:, 0] - x0) * ty).max())
+        middle = float((ends[:, 0].mean() - x0) * tx + (ends[:, 1].mean() - y0) * ty)
+        turned = abs(np.sin(direction - np.arctan2(ty, tx)))
+        fits = off <= BESIDE_M and -BESIDE_M <= middle <= length + BESIDE_M and turned <= np.sin(PARALLEL_RAD)
+        if fits and (best is None or off < best[0]):
+            best = (off, k)
+    return best[1] if best else None
+
+
+def _wrapped(angle: Floats) -> Floats:
+    return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values * values)))
