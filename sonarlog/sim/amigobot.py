@@ -108,7 +108,7 @@ class AmigoBot:
         """Echo SYNC0, 1, 2 in that order, again if asked again; a CLOSE out of the blue is no SYNC2."""
         if number == SYNC0 or (self._synced is not None and number - self._synced in (0, 1)):
             self._synced = number
-            names = (f"sonarlog-sim/{self.world.name}", "Pioneer", self._robot.name)
+            names = (f"sonarlog-sim/{self.world.name[:64]}", "Pioneer", self._robot.name[:64])
             self._say(body if number != SYNC2 else Sync(number, names).encode())
 
     def _obey(self, call: Call) -> None:
@@ -131,7 +131,7 @@ class AmigoBot:
             self._body.place(0.0, 0.0, 0.0)
             self._body.reset_odometry()
         elif number == Command.SIM_SET_POSE and (pose := parse_set_pose(argument)):
-            self._body.place(pose[0] / 1000, pose[1] / 1000, pose[2] * DEGREE)
+            self._body.place(pose[0] / 1000, pose[1] / 1000, pose[2] % 360 * DEGREE)
         else:
             self._drive.obey(call)
 

@@ -3,19 +3,22 @@
 Metres and radians; headings are not wrapped. Must not know: commands, packets, time.
 """
 
-from math import floor, inf, sqrt
+from math import inf, sqrt
 
 from slam.dmath import PI, sincos
 from slam.sweep import TURN
 from sonarlog.sim.odometry import Floor
 from sonarlog.sim.world import World
 
+_FAR = 2000.0
+"""Here the world ends: micrometres in 32 bits reach no further."""
+
 
 class Body:
     """A round robot of that radius at the start of that world."""
 
-    def __init__(self, world: World, floor_: Floor, radius: float) -> None:
-        self._floor = floor_
+    def __init__(self, world: World, floor: Floor, radius: float) -> None:
+        self._floor = floor
         self._radius = radius
         self._walls = [(w.x0, w.y0, (w.x1 - w.x0) / w.length, (w.y1 - w.y0) / w.length, w.length) for w in world.walls]
         self._poles = [(p.x, p.y, p.radius) for p in world.poles]
@@ -26,7 +29,7 @@ class Body:
 
     def place(self, x: float, y: float, heading: float) -> None:
         """Lift it and set it down there; odometry does not notice."""
-        self.x, self.y, self.heading = x, y, heading
+        self.x, self.y, self.heading = min(max(x, -_FAR), _FAR), min(max(y, -_FAR), _FAR), heading
         self._room = 0.0  # so far it can surely go before it touches anything
 
     def reset_odometry(self) -> None:
@@ -36,7 +39,7 @@ class Body:
     @property
     def true_pose(self) -> tuple[int, int, int]:
         """x µm, y µm, heading in 1/TURN of a turn, in ±TURN/2."""
-        heading = floor(self.heading / (2.0 * PI) * TURN + 0.5)
+        heading = round(self.heading / (2.0 * PI) * TURN)
         return round(self.x * 1e6), round(self.y * 1e6), (heading + TURN // 2) % TURN - TURN // 2
 
     def roll(self, distance: float, turn: float) -> None:
@@ -55,6 +58,8 @@ class Body:
 
     def _go(self, x: float, y: float) -> bool:
         """Go there, unless that is nearer to something than the radius, and nearer than now."""
+        if max(abs(x), abs(y)) > _FAR:
+            return False
         dx, dy = x - self.x, y - self.y
         self._room -= sqrt(dx * dx + dy * dy)
         if self._room <= 0.0:

@@ -76,14 +76,12 @@ class SimLink:
 
     def __init__(
         self,
-        world: World,
         robot: AmigoBot,
         *,
         speed: float,
         clock_ns: Callable[[], int],
         sleep: Callable[[float], None],
     ) -> None:
-        self.world = world
         self.robot = robot
         self._speed = speed
         self._clock_ns = clock_ns

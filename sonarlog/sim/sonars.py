@@ -10,6 +10,7 @@ from sonarlog.sim.physics import Physics
 
 _ARRAY = 8  # discs an array; one of each array fires at a time
 _CYCLE_MS = range(2, 121)
+_FITS = 64  # readings that a packet has room for
 
 
 class Sonars:
@@ -56,8 +57,8 @@ class Sonars:
                 self._next = (self._next + 1) % len(self._order)
 
     def take(self) -> tuple[tuple[int, int], ...]:
-        """The readings that are new since the last call, in order of firing."""
-        new, self.new = tuple(self.new), []
+        """The readings that are new since the last call, in order of firing; of too many, the oldest are lost."""
+        new, self.new = tuple(self.new[-_FITS:]), []
         return new
 
     def _ping(self, disc: int) -> int:

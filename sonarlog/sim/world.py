@@ -89,7 +89,7 @@ class Raster:
 
 @dataclass(frozen=True)
 class World:
-    """A place to drive in; `tour` is the route that shows all of it."""
+    """A place to drive in, named as `load_world` takes it; `tour` is the route that shows all of it."""
 
     name: str
     about: str
@@ -162,7 +162,7 @@ def load_world(name: str) -> World:
             text = Path(name).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise BadWorld(f"world file {name} cannot be read: {error}") from None
-    return parse_world(Path(name).stem, text)
+    return parse_world(Path(name).name, text)
 
 
 def parse_world(name: str, text: str) -> World:
