@@ -135,8 +135,4 @@ def _truth(file: McapReader) -> Truth | None:
 
 def _surfaces(file: McapReader) -> Surfaces | None:
     stored = file.attachments.get(layout.SURFACES)
-    if stored is None:
-        return None
-    data = json.loads(stored.data)
-    segments = np.array(data["segments"], dtype=np.float64).reshape(-1, 4)
-    return Surfaces(data["world"], segments, np.array(data["poles"], dtype=np.float64).reshape(-1, 3))
+    return None if stored is None else Surfaces.from_json(stored.data)

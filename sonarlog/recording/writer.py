@@ -156,12 +156,7 @@ class RecordingWriter:
 
     def surfaces(self, surfaces: Surfaces) -> None:
         """The true surfaces of the place."""
-        data = {
-            "world": surfaces.world,
-            "segments": surfaces.segments.tolist(),
-            "poles": surfaces.poles.tolist(),
-        }
-        self._file.attachment(layout.SURFACES, "application/json", json.dumps(data).encode())
+        self._file.attachment(layout.SURFACES, "application/json", surfaces.to_json())
 
     def event(self, t_ns: int, level: str, text: str) -> None:
         """Something that happened: level "info", "warn" or "error"."""
