@@ -106,7 +106,7 @@ def _plan(settings: dict[str, Any]) -> "Plan":
         route,
         load_robot(settings["robot"]) if settings["robot"] else None,
         limit_ns=int(settings["limit"] * SECOND) if settings["limit"] else None,
-        patience_ns=int(SECOND * max(1.0, settings["speed"] or 1.0)),
+        rate=settings["speed"] or 1.0,
     )
 
 
@@ -134,8 +134,7 @@ def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callabl
     ) as writer:
         recorder: Recorder | None = None
         try:
-            rate = settings["speed"] or 1.0
-            link = open_link(settings["port"], time.monotonic_ns, rate=rate, baud=settings["baud"])
+            link = open_link(settings["port"], time.monotonic_ns, rate=plan.rate, baud=settings["baud"])
             recorder = Recorder(link, writer, plan, wall_ns=time.monotonic_ns, report=line.show, tell=line.tell)
             return recorder.run(stop)
         except Exception:

@@ -81,7 +81,7 @@ class WireDecoder:
         self._framer = Framer()
         self._session = 0
         self._broken = False  # odometry is known not to go on from the SIP before
-        self._last: tuple[int, Sip, Pose] | None = None
+        self._last: _Last | None = None
         self._units = (0, 0, 0)  # odometry unwrapped, in the robot's units
         self._last_fired_ns: int | None = None
 
@@ -95,10 +95,12 @@ class WireDecoder:
 
     def _samples(self, pieces: list[Piece]) -> list[Sample]:
         samples = []
+        behind = sum(_is_sip(piece) for piece in pieces)
         for piece in pieces:
             if isinstance(piece, Frame):
                 self.counts["packets"] += 1
-                samples.append(self._sample(piece.t_ns, parse_packet(piece.body)))
+                behind -= _is_sip(piece)
+                samples.append(self._sample(piece.t_ns, parse_packet(piece.body), behind))
             elif isinstance(piece, BadFrame):
                 self.counts["bad_packets"] += 1
                 self.counts["bad_packet_bytes"] += len(piece.data)
@@ -106,9 +108,10 @@ class WireDecoder:
                 self.counts["junk_bytes"] += len(piece.data)
         return samples
 
-    def _sample(self, t_ns: int, packet: Packet) -> Sample:
+    def _sample(self, t_ns: int, packet: Packet, behind: int) -> Sample:
         if isinstance(packet, Sip):
-            return self._sip(t_ns, packet)
+            # SIPs that came in one piece had been held up on the way: each left a cycle before the next.
+            return self._sip(t_ns, packet, t_ns - behind * self.robot.sip_cycle_ms * 1_000_000)
         note = ""
         if isinstance(packet, Reset) and self._last is not None:
             note = "the robot's controller was reset: odometry starts anew"
@@ -122,35 +125,35 @@ class WireDecoder:
             self.counts["malformed_packets"] += 1
         return Sample(t_ns, packet, self._session, note=note)
 
-    def _sip(self, t_ns: int, sip: Sip) -> Sample:
+    def _sip(self, t_ns: int, sip: Sip, sent_ns: int) -> Sample:
         self.counts["sips"] += 1
         self.counts["missing_readings"] += sip.missing
-        note = self._break_or_gap(t_ns, sip)
+        note = self._break_or_gap(t_ns, sip, sent_ns)
         if self._last is None or self._broken:
             self._session += self._last is not None
             self._last = None
         else:
-            dx, dy, turned = self._step(self._last[1], sip)
+            dx, dy, turned = self._step(self._last.sip, sip)
             x, y, heading = self._units
             self._units = (x + dx, y + dy, heading + turned)
         self._broken = False
         pose = self._pose()
-        readings = tuple(self._readings(t_ns, sip, pose))
-        self._last = (t_ns, sip, pose)
+        readings = tuple(self._readings(sent_ns, sip, pose))
+        self._last = _Last(t_ns, sent_ns, sip, pose)
         return Sample(t_ns, sip, self._session, pose, readings, note)
 
-    def _break_or_gap(self, t_ns: int, sip: Sip) -> str:
+    def _break_or_gap(self, t_ns: int, sip: Sip, sent_ns: int) -> str:
         """Compare with the SIP before; say what is wrong and mark odometry broken if it cannot go on."""
         if self._last is None or self._broken:
             return ""
-        silence_ns = t_ns - self._last[0]
-        dx, dy, _ = self._step(self._last[1], sip)
+        dx, dy, _ = self._step(self._last.sip, sip)
         step_mm = max(abs(dx), abs(dy)) * self.robot.mm_per_unit
         # Half a second to spare: packets may have been held up on the line.
-        if step_mm * 1_000_000_000 > self.robot.max_velocity_mm_s * (silence_ns + 500_000_000):
+        if step_mm * 1_000_000_000 > self.robot.max_velocity_mm_s * (t_ns - self._last.t_ns + 500_000_000):
             self.counts["odometry_jumps"] += 1
             self._broken = True
             return f"odometry jumped by {step_mm / 1000:.2f} m: it starts anew"
+        silence_ns = sent_ns - self._last.sent_ns
         if silence_ns <= GAP_NS:
             return ""
         self.counts["gaps"] += 1
@@ -172,7 +175,7 @@ class WireDecoder:
         turn = self.robot.heading_units_per_turn
         return Pose((x * nm + 500) // 1000, (y * nm + 500) // 1000, (heading * TURN + turn // 2) // turn)
 
-    def _readings(self, t_ns: int, sip: Sip, pose: Pose) -> Iterable[Reading]:
+    def _readings(self, sent_ns: int, sip: Sip, pose: Pose) -> Iterable[Reading]:
         nm = round(self.robot.range_mm_per_unit * 1e6)
         for index, (disc, distance) in enumerate(sip.sonar):
             if disc >= len(self.robot.sonars):
@@ -180,27 +183,40 @@ class WireDecoder:
                 continue
             self.counts["readings"] += 1
             age_ms = firing_age_ms(index, len(sip.sonar), self.robot)
-            fired_ns = t_ns - age_ms * 1_000_000
+            fired_ns = sent_ns - age_ms * 1_000_000
             if self._last_fired_ns is not None:  # a burst of SIPs must not turn the order of firing round
                 fired_ns = max(fired_ns, self._last_fired_ns)
             self._last_fired_ns = fired_ns
-            yield Reading(fired_ns, disc, (distance * nm + 500_000) // 1_000_000, self._pose_at(t_ns, pose, age_ms))
+            yield Reading(fired_ns, disc, (distance * nm + 500_000) // 1_000_000, self._pose_at(sent_ns, pose, age_ms))
 
-    def _pose_at(self, t_ns: int, pose: Pose, age_ms: int) -> Pose:
-        """The pose `age_ms` before the SIP of `t_ns`: on the line between the last two, by the SIP cycle, not by the
+    def _pose_at(self, sent_ns: int, pose: Pose, age_ms: int) -> Pose:
+        """The pose `age_ms` before its SIP, on the line between the last two.
 
-        stamps, which jitter; SIPs lost in between count as cycles.
+        By the SIP cycle and not by the stamps, which jitter; SIPs lost in between count as cycles.
         """
         if self._last is None or age_ms == 0:
             return pose
         cycle_ms = self.robot.sip_cycle_ms
-        cycles = max(1, (t_ns - self._last[0] + cycle_ms * 500_000) // (cycle_ms * 1_000_000))
+        cycles = max(1, (sent_ns - self._last.sent_ns + cycle_ms * 500_000) // (cycle_ms * 1_000_000))
         whole = cycles * cycle_ms
         x, y, heading = (
             now - ((now - before) * age_ms + whole // 2) // whole
-            for now, before in zip(pose, self._last[2], strict=True)
+            for now, before in zip(pose, self._last.pose, strict=True)
         )
         return Pose(x, y, heading)
+
+
+class _Last(NamedTuple):
+    """The SIP before: when it came, when it must have been sent, and the pose it gave."""
+
+    t_ns: int
+    sent_ns: int
+    sip: Sip
+    pose: Pose
+
+
+def _is_sip(piece: Piece) -> bool:
+    return isinstance(piece, Frame) and piece.body[0] & 0xF0 == 0x30
 
 
 def _shortest(difference: int, modulus: int) -> int:

@@ -4,7 +4,6 @@ Every byte goes to `/wire` before anything is made of it. On every way out the r
 Must not know: ports, terminals, signals (a function says when to stop).
 """
 
-import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -39,13 +38,21 @@ class Status:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to record. `route` None: without moving. `robot` None: the one the robot says it is."""
+    """What to record. `route` None: without moving. `robot` None: the one the robot says it is.
+
+    `rate`: how much faster than real time a simulator at the port runs; 1 for everything real.
+    """
 
     route: Route | None = None
     robot: Robot | None = None
     speed_mm_s: float = 300.0
     limit_ns: int | None = None
-    patience_ns: int = SECOND
+    rate: float = 1.0
+
+    @property
+    def patience_ns(self) -> int:
+        """A second of real time, in robot time: how long an answer may take."""
+        return int(SECOND * max(1.0, self.rate))
 
 
 class Recorder:
@@ -115,7 +122,8 @@ class Recorder:
             self._pass_on(self._session.take_events())
             wall_ns = self._wall_ns()
             if wall_ns - flushed_ns >= SECOND:
-                self._writer.flush(fsync=True)
+                # A disk takes some 20 ms to be sure: nothing to a robot, a second to a simulator at 50 times its speed.
+                self._writer.flush(fsync=self._plan.rate <= 1)
                 flushed_ns = wall_ns
             if wall_ns - reported_ns >= SECOND // 10:
                 status = self.status()
@@ -218,15 +226,16 @@ class Recorder:
     def _leave(self) -> None:
         """Stop and close the robot, whatever the file says; keep what it still sends if the file takes it."""
         goodbye = self._session.leave()
-        with contextlib.suppress(SonarlogError):
+        try:
             self._link.write(goodbye)
-            # A writer that failed refuses everything from then on.
-            with contextlib.suppress(SonarlogError, ValueError):
-                t_ns = self._link.now_ns()
-                if goodbye:
-                    self._writer.wire(t_ns, "tx", goodbye)
-                    self._writer.event(t_ns, "info", "robot stopped and closed")
-                while self._link.now_ns() - t_ns < self._plan.patience_ns // 5:
-                    if data := self._link.read(POLL_S):
-                        self._writer.wire(self._link.now_ns(), "rx", data)
-        self._link.close()
+            t_ns = self._link.now_ns()
+            if goodbye:
+                self._writer.wire(t_ns, "tx", goodbye)
+                self._writer.event(t_ns, "info", "the robot is stopped and closed")
+            while self._link.now_ns() - t_ns < self._plan.patience_ns // 5:
+                if data := self._link.read(POLL_S):
+                    self._writer.wire(self._link.now_ns(), "rx", data)
+        except (SonarlogError, ValueError):
+            pass  # the line is gone, or the file has failed, and refuses everything from then on
+        finally:
+            self._link.close()

@@ -71,6 +71,13 @@ def test_readings_get_the_pose_of_their_own_moment_whatever_the_stamps_do() -> N
     assert [r.pose for r in alone.readings] == [Pose(0, 0, 0)] * 2
 
 
+def test_sips_held_up_and_delivered_together_are_a_cycle_apart() -> None:
+    held_up = b"".join(frame(Sip(heading=10 * i, sonar=((0, 900), (4, 900))).encode()) for i in (1, 2, 3))
+    log = decode_wire([(0, "rx", frame(Sip().encode())), (300 * MS, "rx", held_up)], ROBOT)
+    assert log.readings.heading.tolist() == [256 * units for units in (4, 8, 14, 18, 24, 28)]
+    assert [t // MS for t in log.readings.t_ns.tolist()] == [40, 80, 140, 180, 240, 280]
+
+
 def test_a_reset_a_long_gap_and_a_jump_start_sessions_and_are_never_bridged() -> None:
     samples = decode(
         (0, Sip(x=1000)),
