@@ -6,18 +6,18 @@ Must not know: how bytes are decoded, how sweeps are cut.
 import hashlib
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from sonarlog import ros2
-from sonarlog.cdr import BadMessage, decode
+from sonarlog.cdr import BadMessage, decode, type_name
 from sonarlog.decode import decode_wire
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event, Log, Surfaces, Truth
-from sonarlog.mcap_file import McapReader
+from sonarlog.mcap_file import McapMessage, McapReader
 from sonarlog.recording import layout
 from sonarlog.recording.topics import log_from_topics
 from sonarlog.robot import Robot
@@ -58,31 +58,21 @@ def started_wall_ns(file: McapReader) -> int:
     return int(file.metadata.get(layout.RECORDING, {}).get("started_wall_ns", 0))
 
 
-def wire_of(file: McapReader) -> Iterator[tuple[int, str, bytes]]:
-    """(t_ns on the recorder's clock, "rx" or "tx", bytes) in order of writing."""
-    start = started_wall_ns(file)
-    for message in file.stream({layout.WIRE}):
-        wire = decode(ros2.Wire, message.data)
-        yield message.log_time_ns - start, layout.DIRECTIONS[wire.direction & 1], wire.data
-
-
 def read_log(path: Path | str) -> Log:
     """A recording, decoded. Times are on the recorder's clock, or absolute in a bag that no recorder of ours made.
 
     What is missing of a damaged file is told in `events` and counted in `counts["damage"]`. Raises NotARecording,
-    BadRobot, BadMessage and what `open_recording` raises.
+    MissingTopics, BadRobot, and what `open_recording` raises.
     """
     file = open_recording(path)
     try:
         log = _decoded(file)
-        events = tuple(_events(file))
-        truth = log.truth or _truth(file)
     except BadMessage as error:
         raise NotARecording(file.path, f"cannot be read: {error}") from None
     last = int(log.odometry.t_ns[-1]) if len(log.odometry.t_ns) else 0
-    events += tuple(Event(last, "warn", sentence) for sentence in file.damage)
+    events = log.events + tuple(Event(last, "warn", sentence) for sentence in file.damage)
     counts = log.counts | ({"damage": len(file.damage)} if file.damage else {})
-    return replace(log, truth=truth, surfaces=_surfaces(file), events=events, counts=counts)
+    return replace(log, surfaces=_surfaces(file), events=events, counts=counts)
 
 
 def recording_digest(path: Path | str) -> str:
@@ -95,11 +85,11 @@ def recording_digest(path: Path | str) -> str:
     digest = hashlib.blake2b(digest_size=16, person=b"recording")
     digest.update(json.dumps(robot and robot.as_dict(), sort_keys=True).encode())
     bare = True
-    for t_ns, direction, data in wire_of(file):
+    for t_ns, direction, data in _wire(file, file.stream({layout.WIRE})):
         bare = False
         digest.update(WIRE_RECORD.pack(t_ns, layout.DIRECTIONS.index(direction), len(data)) + data)
     if bare:
-        log = _decoded(file)
+        log = log_from_topics(file, robot, started_wall_ns(file))
         for table in (log.odometry, log.readings):
             for column in vars(table).values():
                 digest.update(np.ascontiguousarray(column, dtype="<i8").tobytes())
@@ -107,29 +97,45 @@ def recording_digest(path: Path | str) -> str:
 
 
 def _decoded(file: McapReader) -> Log:
+    """By the wire, else by the topics; events and, where the wire has none, truth are read beside it."""
+    found: dict[str, list[McapMessage]] = {layout.WIRE: [], layout.EVENTS: [], layout.TRUTH: []}
+    for message in file.stream(found):
+        found[message.topic].append(message)
     robot = robot_of(file)
-    wire = list(wire_of(file))
-    if not wire:
-        return log_from_topics(file, robot, started_wall_ns(file))
-    if robot is None:
+    if not found[layout.WIRE]:
+        log = log_from_topics(file, robot, started_wall_ns(file))
+    elif robot is None:
         raise NotARecording(file.path, "has a /wire, but does not say of which robot: it ended before the handshake")
-    return decode_wire(wire, robot)
+    else:
+        log = decode_wire(_wire(file, found[layout.WIRE]), robot)
+    events = tuple(_events(file, found[layout.EVENTS]))
+    return replace(log, truth=log.truth or _truth(file, found[layout.TRUTH]), events=events)
 
 
-def _events(file: McapReader) -> Iterator[Event]:
+def _wire(file: McapReader, messages: Iterable[McapMessage]) -> Iterator[tuple[int, str, bytes]]:
+    """(t_ns on the recorder's clock, "rx" or "tx", bytes) in order of writing."""
     start = started_wall_ns(file)
-    for message in file.messages({layout.EVENTS}):
-        line = decode(ros2.Log, message.data)
-        yield Event(message.log_time_ns - start, LEVEL_NAMES.get(line.level, "info"), line.msg)
+    for message in messages:
+        wire = decode(ros2.Wire, message.data)
+        yield message.log_time_ns - start, layout.DIRECTIONS[wire.direction & 1], wire.data
 
 
-def _truth(file: McapReader) -> Truth | None:
+def _events(file: McapReader, messages: Iterable[McapMessage]) -> Iterator[Event]:
+    start = started_wall_ns(file)
+    for message in messages:
+        if message.schema == type_name(ros2.Log):
+            line = decode(ros2.Log, message.data)
+            yield Event(message.log_time_ns - start, LEVEL_NAMES.get(line.level, "info"), line.msg)
+
+
+def _truth(file: McapReader, messages: Iterable[McapMessage]) -> Truth | None:
     start = started_wall_ns(file)
     times, poses = [], []
-    for message in file.messages({layout.TRUTH}):
-        pose = decode(ros2.PoseStamped, message.data).pose
-        times.append(message.log_time_ns - start)
-        poses.append((pose.position.x, pose.position.y, layout.yaw(pose.orientation)))
+    for message in messages:
+        if message.schema == type_name(ros2.PoseStamped):
+            pose = decode(ros2.PoseStamped, message.data).pose
+            times.append(message.log_time_ns - start)
+            poses.append((pose.position.x, pose.position.y, layout.yaw(pose.orientation)))
     return Truth(np.array(times, dtype=np.int64), np.array(poses, dtype=np.float64)) if times else None
 
 

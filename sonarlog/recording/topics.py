@@ -29,7 +29,10 @@ class MissingTopics(SonarlogError):
     """A file without what a replay needs."""
 
     def __init__(self, file: McapReader, what: str) -> None:
-        super().__init__(f"{file.path} {what}: a replay needs /wire, or Range, Odometry and static TF topics")
+        if file.damage:
+            super().__init__(f"{file.damage[0]}; what is left {what}")
+        else:
+            super().__init__(f"{file.path} {what}: a replay needs /wire, or Range, Odometry and static TF topics")
 
 
 @dataclass

@@ -1,0 +1,203 @@
+"""What is in a file: a recording or a run, in facts that a person and a program can read.
+
+Must not know: how it is printed.
+"""
+
+import json
+from collections import Counter
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sonarlog.log import Log
+from sonarlog.mcap_file import McapReader
+from sonarlog.recording import layout, read_log, recording_digest
+from sonarlog.sweeps import cut
+
+GAP_NS = 500_000_000
+"""So long without odometry is a gap: five packets of a robot that sends ten a second."""
+
+SHOWN_GAPS = 3
+SHOWN_IDENTITY = ("NAME", "CLASS", "SUBCLASS", "serial", "imported_from")
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A stretch without odometry."""
+
+    at_s: float  # since the first packet
+    seconds: float
+
+
+@dataclass(frozen=True)
+class RecordingInfo:
+    """A recording, in facts."""
+
+    path: str
+    bytes: int
+    digest: str
+    schema_version: str  # "" in a bag that no recorder of ours made
+    sonarlog_version: str
+    recorded_at: str  # ISO 8601, UTC; "" where no wall clock was
+    command_line: str
+    robot: str
+    sonars: int
+    identity: dict[str, str]
+    seconds: float
+    sweeps: dict[str, int]  # by kind
+    readings: int
+    without_echo: int
+    counts: dict[str, int]
+    gaps: tuple[Gap, ...]
+    true_poses: int
+    true_world: str
+    events: dict[str, int]  # by level
+    topics: dict[str, int]
+    damage: tuple[str, ...]
+    kind: str = "recording"
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Label and text, line by line."""
+        decoded = [f"{count} {name.replace('_', ' ')}" for name, count in self.counts.items() if count]
+        share = f" ({100 * self.without_echo / self.readings:.0f} % without echo)" if self.readings else ""
+        identity = ", ".join(self.identity[key] for key in SHOWN_IDENTITY if self.identity.get(key))
+        truth = [f"{self.true_poses} poses"] * bool(self.true_poses)
+        truth += [f"surfaces of {self.true_world}"] * bool(self.true_world)
+        sweeps = [f"{count} {'scans' if kind == 'scan' else 'driving sweeps'}" for kind, count in self.sweeps.items()]
+        version = f"schema {self.schema_version}, sonarlog {self.sonarlog_version}" if self.schema_version else ""
+        return [
+            ("recording", f"{self.path}, {self.bytes / 1000:.0f} kB"),
+            ("robot", f"{self.robot}, {self.sonars} sonars" + (f" ({identity})" if identity else "")),
+            ("recorded", f"{self.seconds:.1f} s" + (f" from {self.recorded_at}" if self.recorded_at else "")),
+            ("sweeps", ", ".join(sweeps) or "none"),
+            ("readings", f"{self.readings}{share}"),
+            ("decoded", ", ".join(decoded) or "nothing"),
+            ("gaps", _gaps_text(self.gaps)),
+            ("truth", ", ".join(truth) or "unknown"),
+            ("events", ", ".join(f"{count} {level}" for level, count in self.events.items()) or "none"),
+            ("topics", ", ".join(f"{topic} {count}" for topic, count in self.topics.items())),
+            ("made by", ", ".join(filter(None, (self.command_line, version))) or "not sonarlog"),
+            ("digest", self.digest),
+            *(("damage", sentence) for sentence in self.damage),
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """A run, as its metadata has it."""
+
+    path: str
+    bytes: int
+    digest: str
+    sweeps: int
+    algorithm: str
+    algorithm_version: int
+    recording_digest: str
+    code_digest: str
+    config: dict[str, Any]
+    counts: dict[str, int]
+    machine: dict[str, str]
+    damage: tuple[str, ...]
+    kind: str = "run"
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Label and text, line by line."""
+        return [
+            ("run", f"{self.path}, {self.bytes / 1000:.0f} kB"),
+            ("algorithm", f"{self.algorithm}, version {self.algorithm_version}"),
+            ("sweeps", str(self.sweeps)),
+            ("used", ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in self.counts.items() if count)),
+            ("recording", self.recording_digest),
+            ("code", self.code_digest),
+            ("machine", ", ".join(f"{name} {value}" for name, value in self.machine.items())),
+            ("digest", self.digest),
+            *(("damage", sentence) for sentence in self.damage),
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+def info(path: Path | str) -> RecordingInfo | RunInfo:
+    """What is in the file. Raises CannotRead, NotMcap, and what `read_log` raises for a file that is neither."""
+    file = McapReader(path)
+    return _run_info(file) if "run" in file.metadata else _recording_info(file, read_log(path))
+
+
+def gaps(times_ns: np.ndarray[Any, np.dtype[np.int64]]) -> tuple[Gap, ...]:
+    """Stretches of more than GAP_NS between one time and the next."""
+    times = times_ns.tolist()
+    return tuple(
+        Gap((before - times[0]) / 1e9, (after - before) / 1e9)
+        for before, after in pairwise(times)
+        if after - before > GAP_NS
+    )
+
+
+def _recording_info(file: McapReader, log: Log) -> RecordingInfo:
+    made = file.metadata.get(layout.RECORDING, {})
+    started_ns = int(made.get("started_wall_ns", 0))
+    identity = {k: v for k, v in file.metadata.get(layout.ROBOT, {}).items() if k != "parameters"}
+    times = log.odometry.t_ns
+    return RecordingInfo(
+        path=str(file.path),
+        bytes=file.path.stat().st_size,
+        digest=recording_digest(file.path),
+        schema_version=made.get("schema_version", ""),
+        sonarlog_version=made.get("sonarlog_version", ""),
+        recorded_at=_wall_time(started_ns) if started_ns else "",
+        command_line=made.get("command_line", ""),
+        robot=log.robot.name,
+        sonars=len(log.robot.sonars),
+        identity=identity,
+        seconds=int(times[-1] - times[0]) / 1e9 if len(times) else 0.0,
+        sweeps=dict(Counter(sweep.kind for sweep in cut(log).sweeps)),
+        readings=len(log.readings.t_ns),
+        without_echo=int(np.count_nonzero(log.readings.range_mm >= log.robot.max_range_mm)),
+        counts={name: count for name, count in log.counts.items() if name != "damage"},
+        gaps=gaps(times),
+        true_poses=len(log.truth.t_ns) if log.truth else 0,
+        true_world=log.surfaces.world if log.surfaces else "",
+        events=dict(Counter(event.level for event in log.events)),
+        topics=dict(sorted(Counter(message.topic for message in file.stream()).items())),
+        damage=file.damage,
+    )
+
+
+def _run_info(file: McapReader) -> RunInfo:
+    run = file.metadata["run"]
+    identity = json.loads(run["identity"])
+    return RunInfo(
+        path=str(file.path),
+        bytes=file.path.stat().st_size,
+        digest=run["digest"],
+        sweeps=int(run["sweeps"]),
+        algorithm=identity["algorithm"],
+        algorithm_version=identity["algorithm_version"],
+        recording_digest=identity["recording_digest"],
+        code_digest=identity["code_digest"],
+        config=identity["config"],
+        counts=json.loads(run["counts"]),
+        machine=file.metadata.get("machine", {}),
+        damage=file.damage,
+    )
+
+
+def _wall_time(t_ns: int) -> str:
+    return datetime.fromtimestamp(t_ns // 1_000_000_000, UTC).isoformat()
+
+
+def _gaps_text(found: tuple[Gap, ...]) -> str:
+    if not found:
+        return "none"
+    shown = ", ".join(f"{gap.seconds:.1f} s at {gap.at_s:.1f} s" for gap in found[:SHOWN_GAPS])
+    return f"{len(found)}: {shown}" + (", …" if len(found) > SHOWN_GAPS else "")
