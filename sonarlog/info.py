@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from sonarlog.errors import SonarlogError
 from sonarlog.log import Log
 from sonarlog.mcap_file import McapReader
 from sonarlog.recording import layout, read_log, recording_digest
@@ -22,7 +23,15 @@ GAP_NS = 500_000_000
 """So long without odometry is a gap: five packets of a robot that sends ten a second."""
 
 SHOWN_GAPS = 3
+SWEEP_NAMES = {"scan": "scan", "driving": "driving sweep"}
 SHOWN_IDENTITY = ("NAME", "CLASS", "SUBCLASS", "serial", "imported_from")
+
+
+class UnknownRun(SonarlogError):
+    """A run whose metadata this version does not understand."""
+
+    def __init__(self, path: Path, why: object) -> None:
+        super().__init__(f"{path} is a run, but not of a version that this sonarlog knows: {why}")
 
 
 @dataclass(frozen=True)
@@ -67,7 +76,7 @@ class RecordingInfo:
         identity = ", ".join(self.identity[key] for key in SHOWN_IDENTITY if self.identity.get(key))
         truth = [f"{self.true_poses} poses"] * bool(self.true_poses)
         truth += [f"surfaces of {self.true_world}"] * bool(self.true_world)
-        sweeps = [f"{count} {'scans' if kind == 'scan' else 'driving sweeps'}" for kind, count in self.sweeps.items()]
+        sweeps = [f"{count} {SWEEP_NAMES[kind]}{'' if count == 1 else 's'}" for kind, count in self.sweeps.items()]
         version = f"schema {self.schema_version}, sonarlog {self.sonarlog_version}" if self.schema_version else ""
         return [
             ("recording", f"{self.path}, {self.bytes / 1000:.0f} kB"),
@@ -128,9 +137,14 @@ class RunInfo:
 
 
 def info(path: Path | str) -> RecordingInfo | RunInfo:
-    """What is in the file. Raises CannotRead, NotMcap, and what `read_log` raises for a file that is neither."""
+    """What is in the file. Raises CannotRead, NotMcap, UnknownRun, and what `read_log` raises for anything else."""
     file = McapReader(path)
-    return _run_info(file) if "run" in file.metadata else _recording_info(file, read_log(path))
+    if "run" not in file.metadata:
+        return _recording_info(file, read_log(path))
+    try:
+        return _run_info(file)
+    except (KeyError, ValueError) as error:
+        raise UnknownRun(file.path, f"metadata {error}") from None
 
 
 def gaps(times_ns: np.ndarray[Any, np.dtype[np.int64]]) -> tuple[Gap, ...]:

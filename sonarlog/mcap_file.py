@@ -8,8 +8,8 @@ import struct
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import BinaryIO, NamedTuple, Self
 
 import zstandard
@@ -82,10 +82,9 @@ class McapWriter:
         self._force = force
         self._schemas: dict[str, int] = {}
         self._state = "open"
-        if not force:
-            for taken in (self.path, self.partial):
-                if taken.exists():
-                    raise OutputExists(taken)
+        for taken in () if force else (self.path, self.partial):
+            if taken.exists():
+                raise OutputExists(taken)
         try:
             self._stream: BinaryIO = self.partial.open("wb" if force else "xb")
         except OSError as error:
@@ -94,6 +93,11 @@ class McapWriter:
         self._writer = Writer(self._stream, CHUNK_BYTES, index_types=index, enable_data_crcs=True)
         with self._guard():
             self._writer.start(PROFILE, LIBRARY)
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing can be written any more: finished, abandoned or failed."""
+        return self._state != "open"
 
     def channel(self, topic: str, schema: str, definition: str, *, encoding: str = "cdr") -> int:
         """Register a topic and return the channel's id; `encoding` is "cdr" (ros2msg schemas) or "json" (jsonschema).
@@ -130,7 +134,7 @@ class McapWriter:
 
     def finish(self) -> None:
         """Write summary and footer, sync, and give the file its name, still refusing to overwrite. Idempotent."""
-        if self._state != "open":
+        if self.closed:
             return
         with self._guard():
             self._writer.finish()  # type: ignore[no-untyped-call]  # mcap: no `-> None`
@@ -145,17 +149,16 @@ class McapWriter:
 
     def abandon(self) -> None:
         """Close and remove what was written. Does nothing once the file is finished or has failed."""
-        if self._state == "open":
+        if not self.closed:
             self._state = "abandoned"
-            self._stream.close()
+            with suppress(OSError):
+                self._stream.close()
             self.partial.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
         if kind is None:
             self.finish()
         else:
@@ -167,7 +170,7 @@ class McapWriter:
 
         Another attempt would write behind half a record.
         """
-        if self._state != "open":
+        if self.closed:
             raise ValueError(f"{self.path} is {self._state}: nothing can be written to it")
         try:
             yield
@@ -251,7 +254,7 @@ class McapReader:
     def stream(self, topics: Collection[str] | None = None) -> Iterator[McapMessage]:
         """Messages of these topics (None: all) in file order, without holding the file in memory."""
         schemas, channels = dict(self._schemas), dict(self._channels)
-        for record in self._records(_opened, []):
+        for record in self._records(partial(breakup_chunk, validate_crc=True), []):
             if isinstance(record, Schema):
                 schemas[record.id] = record.name
             elif isinstance(record, Channel):
@@ -290,12 +293,7 @@ class McapReader:
                     yield from inside
 
 
-def _opened(chunk: Chunk) -> list[McapRecord]:
-    """The records in a chunk; raises one of BROKEN."""
-    return breakup_chunk(chunk, validate_crc=True)
-
-
 def _checked(chunk: Chunk) -> list[McapRecord]:
-    """Nothing, after the same check; ten times faster."""
+    """Nothing, after the check that `breakup_chunk` makes; ten times faster. Raises one of BROKEN."""
     get_chunk_data_stream(chunk, validate_crc=True)
     return []

@@ -7,7 +7,6 @@ import json
 import struct
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import sonarlog
@@ -22,6 +21,7 @@ from sonarlog.recording.layout import BASE_FRAME, MAP_FRAME, ODOM_FRAME
 from sonarlog.robot import Robot
 
 BATTERY_EVERY_NS = 10_000_000_000
+CLOUD_EVERY_NS = 1_000_000_000
 LEAN_POSE_EVERY_NS = 1_000_000_000
 POINT = struct.Struct("<fff")
 POINT_FIELDS = tuple(ros2.PointField(name, 4 * i, ros2.FLOAT32, 1) for i, name in enumerate("xyz"))
@@ -68,6 +68,8 @@ class RecordingWriter:
         self._last_pose_ns = dict.fromkeys((layout.ODOMETRY, layout.TRUTH), -LEAN_POSE_EVERY_NS)
         self._started_wall_ns = started_wall_ns
         self._last_ns = 0
+        self._cloud = bytearray()
+        self._cloud_ns = 0
         self._battery: tuple[int, float] | None = None
         self._robot: Robot | None = None
         self._channels = {
@@ -132,13 +134,11 @@ class RecordingWriter:
         self._write(layout.sonar_topic(sonar), t_ns, message)
 
     def points(self, t_ns: int, readings: Iterable[Reading]) -> None:
-        """Where the echoes of these readings lie on the beam's axis, as one cloud in the odometry frame."""
+        """Where the echoes of these readings lie on their beams' axes: one cloud a second, in the odometry frame."""
         robot = self._known_robot()
-        data = b"".join(_point(robot, reading) for reading in readings if reading.range_mm < robot.max_range_mm)
-        count = len(data) // POINT.size
-        header = self._header(t_ns, ODOM_FRAME)
-        cloud = ros2.PointCloud2(header, 1, count, POINT_FIELDS, False, POINT.size, len(data), data, True)
-        self._write(layout.POINTS, t_ns, cloud)
+        self._cloud += b"".join(_point(robot, reading) for reading in readings if reading.range_mm < robot.max_range_mm)
+        if t_ns - self._cloud_ns >= CLOUD_EVERY_NS:
+            self._write_cloud(t_ns)
 
     def battery(self, t_ns: int, volts: float) -> None:
         """Battery voltage; written when it changes and every ten seconds."""
@@ -167,7 +167,9 @@ class RecordingWriter:
         self._file.flush(fsync=fsync)
 
     def close(self) -> None:
-        """Finish the file and give it its name."""
+        """Finish the file and give it its name. Idempotent."""
+        if self._cloud and not self._file.closed:
+            self._write_cloud(self._last_ns)
         self._file.finish()
 
     def abandon(self) -> None:
@@ -177,10 +179,17 @@ class RecordingWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self.close()
+
+    def _write_cloud(self, t_ns: int) -> None:
+        data = bytes(self._cloud)
+        count = len(data) // POINT.size
+        header = self._header(t_ns, ODOM_FRAME)
+        cloud = ros2.PointCloud2(header, 1, count, POINT_FIELDS, False, POINT.size, len(data), data, True)
+        self._write(layout.POINTS, t_ns, cloud)
+        self._cloud.clear()
+        self._cloud_ns = t_ns
 
     def _channel(self, topic: str, kind: type) -> int:
         return self._file.channel(topic, type_name(kind), definition(kind))
