@@ -39,7 +39,7 @@ PLAIN_EVERY_S = 5.0
     metavar="N",
     help="The robot at the port is a simulator that runs N times faster than real time.",
 )
-@click.option("--lean", is_flag=True, help="A seventh of the size: the wire, and little beside it.")
+@click.option("--lean", is_flag=True, help="A fifth of the size: the wire, and little beside it.")
 @options.force
 @options.quiet
 @click.option("-v", "--verbose", is_flag=True, help="Tell every event, sweeps too.")
