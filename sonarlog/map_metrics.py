@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slam.geometry import Bools, Pose
+from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid
 from slam.paint import Canvas
 from sonarlog.log import Floats, Surfaces
@@ -59,6 +59,15 @@ def distance_to_surfaces(points: Floats, surfaces: Surfaces) -> Floats:
     for x, y, radius in surfaces.poles.tolist():
         nearest = np.minimum(nearest, np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius))
     return nearest
+
+
+def surfaces_in_map(surfaces: Surfaces, frame: Pose) -> Surfaces:
+    """The true surfaces as they lie in a map whose origin is at `frame` among them."""
+    back = frame.step_to(ORIGIN)
+    poles = surfaces.poles.copy()
+    poles[:, :2] = back.points(poles[:, :2])
+    segments = back.points(surfaces.segments.reshape(-1, 2)).reshape(-1, 4)
+    return Surfaces(surfaces.world, segments, poles)
 
 
 def _centres(mask: Bools, left: int, bottom: int, cell_m: float) -> Floats:

@@ -16,6 +16,7 @@ from sonarlog.log import Floats
 PARALLEL_RAD = np.radians(15.0)
 """A wall of a sweep shows a true wall if it lies along it within this, and within `BESIDE_M`, from the true pose."""
 BESIDE_M = 0.30
+ONE_LINE_M = 0.05
 
 
 class NotComparable(SonarlogError):
@@ -93,9 +94,10 @@ def rigid_alignment(points: Floats, onto: Floats) -> Pose:
 
 @dataclass(frozen=True)
 class MappedWall:
-    """How a true wall, number `wall` of the surfaces, came out: pieces seen, their extent, and how bent they lie.
+    """How a true wall came out: pieces seen, their extent, and how bent they lie.
 
-    `deviation_m` is the largest distance of an end of a piece from the best line through all of them.
+    `wall` is the number of its first surface; `deviation_m` the largest distance of an end of a piece from the best
+    line through all of them.
     """
 
     wall: int
@@ -107,21 +109,43 @@ class MappedWall:
 def straightness(
     chains: Chains, poses: Floats, truth: Floats, walls: Floats, min_length_m: float = 5.0
 ) -> list[MappedWall]:
-    """How straight each true wall (k, 4) of at least that length was mapped [Fig. 12], in the order of the walls.
+    """How straight each true wall of at least that length was mapped [Fig. 12], in the order of the walls (k, 4).
 
-    A piece of a chain is told by the true pose of its sweep which wall it shows, so that a map bent by a metre is
-    not taken for the wall opposite. `poses` and `truth` (n, 3) are the sweeps', the latter in the frame of `walls`.
+    Surfaces in one line, such as a wall and the doors in it, are one wall. A piece of a chain is told by the true pose
+    of its sweep which wall it shows, so that a map bent by a metre is not taken for the wall opposite. `poses` and
+    `truth` (n, 3) are the sweeps', the latter in the frame of `walls`.
     """
-    long = np.flatnonzero(np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]) >= min_length_m)
-    seen: dict[int, list[Floats]] = {int(k): [] for k in long}
+    line_of = _lines(walls, min_length_m)
+    seen: dict[int, list[Floats]] = {line: [] for line in line_of.values()}
     for member in chains.members:
         mapped = np.array([member.segment.start, member.segment.end])
         pose, true = Pose(*poses[member.sweep].tolist()), Pose(*truth[member.sweep].tolist())
         ends = frame_between(pose, true).points(mapped)
-        wall = _shown(ends, walls, long.tolist())
+        wall = _shown(ends, walls, list(line_of))
         if wall is not None:
-            seen[wall].append(mapped)
+            seen[line_of[wall]].append(mapped)
     return [_mapped_wall(wall, pieces) for wall, pieces in seen.items() if len(pieces) > 1]
+
+
+def _lines(walls: Floats, min_length_m: float) -> dict[int, int]:
+    """For each wall of a line that is long enough, the first wall of that line."""
+    groups: dict[int, list[int]] = {}
+    for k, wall in enumerate(walls):
+        ends = wall.reshape(2, 2)
+        first = next((g for g in groups if float(_beside(ends, walls[g]).max()) <= ONE_LINE_M), k)
+        groups.setdefault(first, []).append(k)
+    return {
+        wall: first
+        for first, members in groups.items()
+        for wall in members
+        if _mapped_wall(first, [walls[k].reshape(2, 2) for k in members]).length_m >= min_length_m
+    }
+
+
+def _beside(points: Floats, wall: Floats) -> Floats:
+    """Distance of points (n, 2) from the infinite line of a wall (4,)."""
+    (dx, dy), length = wall[2:] - wall[:2], float(np.hypot(*(wall[2:] - wall[:2])))
+    return np.asarray(np.abs((points[:, 1] - wall[1]) * dx - (points[:, 0] - wall[0]) * dy) / length)
 
 
 def chain_straightness(chains: Chains, min_length_m: float = 3.0) -> list[MappedWall]:
@@ -149,15 +173,13 @@ def _mapped_wall(wall: int, pieces: list[Floats]) -> MappedWall:
 def _shown(ends: Floats, walls: Floats, candidates: list[int]) -> int | None:
     """The candidate wall along which a piece (2, 2) lies, the nearest of several; None: it shows no wall."""
     best: tuple[float, int] | None = None
-    direction = float(np.arctan2(*(ends[1] - ends[0])[::-1]))
+    along = ends[1] - ends[0]
     for k in candidates:
-        x0, y0, x1, y1 = walls[k].tolist()
-        length = float(np.hypot(x1 - x0, y1 - y0))
-        tx, ty = (x1 - x0) / length, (y1 - y0) / length
-        off = float(np.abs((ends[:, 1] - y0) * tx - (ends[:, 0] - x0) * ty).max())
-        middle = float((ends[:, 0].mean() - x0) * tx + (ends[:, 1].mean() - y0) * ty)
-        turned = abs(np.sin(direction - np.arctan2(ty, tx)))
-        fits = off <= BESIDE_M and -BESIDE_M <= middle <= length + BESIDE_M and turned <= np.sin(PARALLEL_RAD)
+        way, middle = walls[k, 2:] - walls[k, :2], ends.mean(axis=0) - walls[k, :2]
+        length = float(np.hypot(*way))
+        off, place = float(_beside(ends, walls[k]).max()), float(middle @ way) / length
+        turned = float(np.arctan2(abs(along[0] * way[1] - along[1] * way[0]), abs(along @ way)))
+        fits = off <= BESIDE_M and -BESIDE_M <= place <= length + BESIDE_M and turned <= PARALLEL_RAD
         if fits and (best is None or off < best[0]):
             best = (off, k)
     return best[1] if best else None

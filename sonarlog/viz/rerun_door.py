@@ -1,0 +1,202 @@
+"""The one door to Rerun: shapes to its archetypes, the layout, and where an inspection goes, viewer or file."""
+
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from slam.geometry import Pose
+from slam.pipeline import Step
+from sonarlog.errors import SonarlogError
+from sonarlog.log import Floats, Log
+from sonarlog.picture import BLUE, GREEN, PURPLE, UNKNOWN, VERMILLION
+from sonarlog.viz.native import start_viewer
+from sonarlog.viz.scene import GREY, Scene, extent
+from sonarlog.viz.shapes import Colour, Dots, Raster, Shape
+
+SWEEP, TIME = "sweep", "time"
+"""Timelines: the number of the sweep, and the time since the recording began."""
+
+HERE = "map/here"
+NEAR_M = 3.2
+LAYERS = ("map/grid", "map/patch", "map/true", "map/chains", "map/frontier", "map/readings", "map/sweep", "map/goal",
+          "map/odometry", "map/predicted", "map/corrected")  # fmt: skip
+"""From the bottom to the top."""
+
+SERIES: dict[str, tuple[str, Colour]] = {
+    "plots/turn/turn_deg": ("turn, °", BLUE),
+    "plots/shift/shift_cm": ("shift, cm", VERMILLION),
+    "plots/d1/before_cm": ("before, cm", GREY),
+    "plots/d1/after_cm": ("after, cm", GREEN),
+    "plots/calibration/rotation_scale_percent": ("rotation scale, %", PURPLE),
+    "plots/error/odometry_cm": ("raw odometry, cm", GREY),
+    "plots/error/corrected_cm": ("corrected, cm", GREEN),
+    "plots/heading_error/odometry_deg": ("raw odometry, °", GREY),
+    "plots/heading_error/corrected_deg": ("corrected, °", GREEN),
+}
+
+
+class CannotSave(SonarlogError):
+    """The inspection cannot be written."""
+
+
+class Inspection:
+    """A replay as it is shown: give it each step as it comes, and end with `finish`, or use it as a context manager."""
+
+    def __init__(self, stream: rr.RecordingStream, log: Log, *, following: bool) -> None:
+        self._stream, self._log, self._following = stream, log, following
+        self._scene = Scene(log.robot.radius_mm / 1000, log.surfaces)
+        self._start_ns = int(log.odometry.t_ns[0]) if len(log.odometry.t_ns) else 0
+        self._count = 0
+        for path, (name, colour) in SERIES.items():
+            marks = rr.SeriesPoints(colors=colour, names=name, marker_sizes=3.0)
+            stream.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.5), marks, static=True)
+
+    def add(self, step: Step, truth: Pose | None = None) -> None:
+        """Show a step; `truth` is where the robot really was at its reference reading, in the recording's frame."""
+        if self._count == 0:
+            self._begin(step, truth is not None)
+        shown = self._scene.show(step, truth)
+        moment = int(step.sweep.t_ns[step.sweep.reference]) - self._start_ns
+        self._stream.set_time(SWEEP, sequence=self._count)
+        self._stream.set_time(TIME, duration=np.timedelta64(moment, "ns"))
+        for path, shape in shown.shapes.items():
+            self._stream.log(path, *_archetypes(path, shape))
+        for path, number in shown.numbers.items():
+            self._stream.log(path, rr.Scalars(number))
+        self._stream.log(HERE, rr.Transform3D(translation=[step.pose.x, step.pose.y, 0.0]))
+        self._stream.log("blocks", rr.TextDocument(shown.text, media_type=rr.MediaType.MARKDOWN))
+        self._count += 1
+
+    def _begin(self, first: Step, truth: bool) -> None:
+        """Lay out what is to come, and fix which way is up in the map and in the view that follows the robot."""
+        low, high = extent(first, self._log.odometry)
+        self._stream.send_blueprint(_blueprint(low, high, truth=truth, following=self._following))
+        upright = _upright(first.calibrated.odometry.theta)
+        self._stream.log("map", rr.Transform3D(mat3x3=upright), static=True)
+        self._stream.log(f"{HERE}/view", rr.Transform3D(mat3x3=upright.T), static=True)
+
+    def finish(self) -> None:
+        """Send what is left and let go of the viewer or file."""
+        try:
+            self._stream.flush()
+        except RuntimeError as error:
+            raise CannotSave(f"the inspection is incomplete: {error}") from None
+        finally:
+            self._stream.disconnect()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        self.finish()
+
+
+def inspect_live(title: str, log: Log) -> Inspection:
+    """Open the native viewer and show there what comes. Raises NoViewer where there is no display."""
+    viewer = start_viewer()
+    stream = rr.RecordingStream(f"sonarlog {title}")
+    stream.connect_grpc(viewer.url)
+    return Inspection(stream, log, following=True)
+
+
+def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = False) -> Inspection:
+    """Save what comes to an .rrd file. Raises CannotSave for a file that exists or cannot be made."""
+    if Path(path).exists() and not force:
+        raise CannotSave(f"{path} exists; name another file, or give --force to overwrite it")
+    if not Path(path).resolve().parent.is_dir() or not os.access(Path(path).resolve().parent, os.W_OK):
+        raise CannotSave(f"cannot write {path}: its folder is not there or not yours to write in")
+    stream = rr.RecordingStream(f"sonarlog {title}")
+    stream.save(path)
+    return Inspection(stream, log, following=False)
+
+
+def _upright(heading: float) -> Floats:
+    """The turn (3, 3) from the map to a view: x where odometry's x axis points, y upwards.
+
+    Rerun's 2D views have y down; a map's x axis is the robot's heading in the middle of its first turn.
+    """
+    sine, cosine = np.sin(heading), np.cos(heading)
+    return np.array([[cosine, -sine, 0.0], [-sine, -cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _archetypes(path: str, shape: Shape) -> list[rr.AsComponents]:
+    layer = next(10.0 * k for k, name in enumerate(LAYERS) if path.startswith(name))
+    if isinstance(shape, Raster):
+        # Rows go up from the lower left corner, as y does: no flip.
+        place = rr.Transform3D(translation=[shape.x, shape.y, 0.0], scale=shape.cell_m)
+        model = rr.ColorModel.L if shape.pixels.ndim == 2 else rr.ColorModel.RGBA
+        return [place, rr.Image(shape.pixels, model, draw_order=layer, magnification_filter="Nearest")]
+    radius = rr.Radius.ui_points
+    if isinstance(shape, Dots):
+        return [
+            rr.Points2D(
+                shape.points, colors=shape.colour, radii=radius(shape.size), labels=shape.labels or None,
+                show_labels=bool(shape.labels), draw_order=layer,
+            )
+        ]  # fmt: skip
+    colours = list(shape.colours) if shape.lines else []
+    return [
+        rr.LineStrips2D(
+            [np.asarray(line) for line in shape.lines], colors=colours, radii=radius(shape.width / 2),
+            labels=shape.labels or None, show_labels=bool(shape.labels), draw_order=layer,
+        )
+    ]  # fmt: skip
+
+
+def _blueprint(low: Floats, high: Floats, *, truth: bool, following: bool) -> rrb.Blueprint:
+    """The layout: the map from `low` to `high` (x, y) m, the sweep around the robot, the blocks' texts, the plots."""
+    background = [UNKNOWN, UNKNOWN, UNKNOWN]
+    the_map = rrb.Spatial2DView(
+        origin="/",
+        contents=["/map/**", "- /map/sweep/**", "- /map/predicted/**", "- /map/chains/names", "- /map/patch"],
+        name="Map: green corrected, grey odometry, red true; walls by chain, roots thick; frontier orange",
+        background=background,
+        visual_bounds=rrb.VisualBounds2D(x_range=[low[0], high[0]], y_range=[-high[1], -low[1]]),
+    )  # fmt: skip
+    near = rrb.Spatial2DView(
+        origin=f"{HERE}/view",
+        contents=["/map/**", "- /map/frontier/regions"],
+        name="This sweep: blue readings in an RCD, orange near one, purple alone",
+        background=background,
+        visual_bounds=rrb.VisualBounds2D(x_range=[-NEAR_M, NEAR_M], y_range=[-NEAR_M, NEAR_M]),
+    )
+    blocks = rrb.TextDocumentView(origin="/blocks", name="What each block made of it")
+    plots = [
+        _plot("turn", "F: turn found"),
+        _plot("shift", "F: shift found"),
+        _plot("d1", "F: mean distance to the roots"),
+        _plot("calibration", "B: rotation scale"),
+    ]
+    if truth:
+        plots += [
+            _plot("error", "Distance from the truth"),
+            _plot("heading_error", "Heading off the truth", rrb.Corner2D.LeftBottom),
+        ]
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Horizontal(the_map, near, column_shares=[5, 3]),
+            rrb.Horizontal(blocks, rrb.Grid(*plots, grid_columns=len(plots) // 2), column_shares=[3, 5]),
+            row_shares=[3, 2],
+        ),
+        rrb.TimePanel(
+            timeline=SWEEP,
+            state="collapsed",
+            fps=4.0,
+            play_state="following" if following else "paused",
+        ),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_layout=False,
+        auto_views=False,
+    )
+
+
+def _plot(name: str, title: str, legend: rrb.Corner2D = rrb.Corner2D.LeftTop) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(origin=f"/plots/{name}", name=title, plot_legend=legend)
