@@ -67,6 +67,17 @@ def test_units(tmp_path: Path) -> None:
         next(rows)
 
 
+def test_the_example_in_the_documentation(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[1] / "docs" / "recording.md").read_text()
+    example = next(block for block in text.split("```") if "# half_beam_deg" in block)
+    (tmp_path / "log.csv").write_text(example)
+    arguments = ["csv", str(tmp_path / "log.csv"), "-o", str(tmp_path / "log.mcap")]
+    assert CliRunner().invoke(command, arguments).exit_code == 0
+    log = read_log(tmp_path / "log.mcap")
+    assert log.robot.name == "my-robot"
+    assert log.readings.range_mm.tolist() == [1204, 1206, 5000]
+
+
 BAD_CSV = [
     ("", "half_beam_deg"),
     (HEAD, "has no line of column names"),
