@@ -1,6 +1,7 @@
 """sonarlog replay."""
 
 import json
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,11 @@ import click
 from cli.options import FILE, FOLDER, algorithm_settings, as_json, force, quiet, settings_from
 
 if TYPE_CHECKING:
+    from cli.progress import Advance
+    from slam.geometry import Pose
     from slam.pipeline import Step
+    from sonarlog.log import Log
+    from sonarlog.viz.rerun_door import Inspection
 
 WINDOW = "window"
 
@@ -66,17 +71,10 @@ def command(
     chosen = algorithm(name or DEFAULT).configured(settings_from(config, changes))
     if output is None and (viz is None or folder is not None):
         output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
-    inspection = _inspection(viz, recording, force=force)
     with progress("replaying", quiet=quiet) as advance:
-
-        def watch(step: "Step", number: int, count: int) -> None:
-            if inspection is not None:
-                inspection.add(step)
-            advance(number + 1, count)
-
-        result = replay(recording, chosen, output, force=force, watch=watch)
-    if inspection is not None:
-        inspection.finish()
+        watch = _Watch(f"{recording.name} {chosen.name}", viz, advance, force=force)
+        with closing(watch):
+            result = replay(recording, chosen, output, force=force, watcher=watch)
     if folder is not None and output is not None:
         from sonarlog.export import export
         from sonarlog.runs import read_run
@@ -88,3 +86,39 @@ def command(
     click.echo(f"{result.digest}  {output or recording}  {result.sweeps} sweeps, {chosen.name} {chosen.version}")
     if not quiet:
         click.echo(_told(result.counts), err=True)
+
+
+class _Watch:
+    """Progress, and what --viz asks for: a viewer, or a file for it."""
+
+    def __init__(self, title: str, viz: str | None, advance: "Advance", *, force: bool) -> None:
+        self._title, self._viz, self._advance, self._force = title, viz, advance, force
+        self._inspection: Inspection | None = None
+        self._done = self._count = 0
+
+    def begin(self, log: "Log", sweeps: int) -> None:
+        self._count = sweeps
+        if self._viz is None:
+            return
+        from sonarlog.viz.rerun_door import inspect_live, inspect_to_file
+
+        self._inspection = (
+            inspect_live(self._title, log)
+            if self._viz == WINDOW
+            else inspect_to_file(self._title, log, self._viz, force=self._force)
+        )
+
+    def step(self, step: "Step", truth: "Pose | None") -> None:
+        self._done += 1
+        if self._inspection is not None:
+            self._inspection.add(step, truth)
+        self._advance(self._done, self._count)
+
+    def close(self) -> None:
+        if self._inspection is not None:
+            self._inspection.finish()
+
+
+def _told(counts: dict[str, int]) -> str:
+    """What of the recording was used and what was left out."""
+    return ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items() if count)

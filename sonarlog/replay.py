@@ -3,10 +3,11 @@
 Must not know: files' formats, viewers, clocks.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +21,16 @@ from sonarlog.log import Log, Truth
 from sonarlog.recording import read_log, recording_digest
 from sonarlog.runs import RunWriter, identify
 from sonarlog.sweeps import Cut, CutConfig, cut
+
+
+class Watcher(Protocol):
+    """Someone who follows a replay: a viewer, a progress bar."""
+
+    def begin(self, log: Log, sweeps: int) -> None:
+        """The log is read and cut into so many sweeps."""
+
+    def step(self, step: Step, truth: Pose | None) -> None:
+        """The next step, and where the robot really was, in the recording's frame, if that is known."""
 
 
 class NoSweeps(SonarlogError):
@@ -42,26 +53,28 @@ def replay(
     *,
     force: bool = False,
     cutting: CutConfig | None = None,
-    watch: Callable[[Step, int, int], None] | None = None,
+    watcher: Watcher | None = None,
 ) -> Replayed:
     """Replay a recording and write the run (None: only its digest is made).
 
-    `watch` gets each step, its number and how many there are. Raises NoSweeps, and what reading the recording and
-    writing the run raise; a run that fails leaves no file.
+    `watcher` sees the log before the first step, and each step as it comes. Raises NoSweeps, and what reading the
+    recording and writing the run raise; a run that fails leaves no file.
     """
     log = read_log(recording)
     sweeps = sweeps_of(log, recording, cutting)
     counts = used_and_left_out(log, sweeps)
     identity = identify(recording_digest(recording), algorithm)
     result = RunDigest(identity)
+    if watcher:
+        watcher.begin(log, len(sweeps.sweeps))
     with RunWriter(output, identity, force=force) if output else nullcontext() as writer:
-        for number, step in enumerate(replay_sweeps(log, sweeps, algorithm)):
+        for step in replay_sweeps(log, sweeps, algorithm):
             digests = result.add(step)
+            truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))
             if writer:
-                truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))
                 writer.add(step, digests, result.chain, truth)
-            if watch:
-                watch(step, number, len(sweeps.sweeps))
+            if watcher:
+                watcher.step(step, truth)
         if writer:
             writer.finish(result, step.state.grid, counts, log.surfaces)
     return Replayed(result.result(), len(sweeps.sweeps), counts)

@@ -47,11 +47,12 @@ class CannotSave(SonarlogError):
 class Inspection:
     """A replay as it is shown: give it each step as it comes, and end with `finish`, or use it as a context manager."""
 
-    def __init__(self, stream: rr.RecordingStream, log: Log, *, following: bool) -> None:
+    def __init__(self, stream: rr.RecordingStream, title: str, log: Log, *, following: bool) -> None:
         self._stream, self._log, self._following = stream, log, following
         self._scene = Scene(log.robot.radius_mm / 1000, log.surfaces)
         self._start_ns = int(log.odometry.t_ns[0]) if len(log.odometry.t_ns) else 0
         self._count = 0
+        stream.send_recording_name(title)
         for path, (name, colour) in SERIES.items():
             marks = rr.SeriesPoints(colors=colour, names=name, marker_sizes=3.0)
             stream.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.5), marks, static=True)
@@ -101,9 +102,9 @@ class Inspection:
 def inspect_live(title: str, log: Log) -> Inspection:
     """Open the native viewer and show there what comes. Raises NoViewer where there is no display."""
     viewer = start_viewer()
-    stream = rr.RecordingStream(f"sonarlog {title}")
+    stream = rr.RecordingStream("sonarlog")
     stream.connect_grpc(viewer.url)
-    return Inspection(stream, log, following=True)
+    return Inspection(stream, title, log, following=True)
 
 
 def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = False) -> Inspection:
@@ -112,9 +113,9 @@ def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = Fal
         raise CannotSave(f"{path} exists; name another file, or give --force to overwrite it")
     if not Path(path).resolve().parent.is_dir() or not os.access(Path(path).resolve().parent, os.W_OK):
         raise CannotSave(f"cannot write {path}: its folder is not there or not yours to write in")
-    stream = rr.RecordingStream(f"sonarlog {title}")
+    stream = rr.RecordingStream("sonarlog")
     stream.save(path)
-    return Inspection(stream, log, following=False)
+    return Inspection(stream, title, log, following=False)
 
 
 def _upright(heading: float) -> Floats:
