@@ -48,14 +48,30 @@ def open_recording(path: Path | str) -> McapReader:
 
 
 def robot_of(file: McapReader) -> Robot | None:
-    """The robot whose parameters the recording carries. Raises BadRobot."""
+    """The robot whose parameters the recording carries. Raises BadRobot, NotARecording."""
     parameters = file.metadata.get(layout.ROBOT, {}).get("parameters")
-    return None if parameters is None else Robot.from_dict(json.loads(parameters), f"robot of {file.path}")
+    if parameters is None:
+        return None
+    try:
+        data = json.loads(parameters)
+    except ValueError:
+        raise _unreadable(file, "robot parameters") from None
+    return Robot.from_dict(data, f"robot of {file.path}")
 
 
 def started_wall_ns(file: McapReader) -> int:
-    """What has to be subtracted from log_time to have the recorder's own clock; 0 where no recorder was."""
-    return int(file.metadata.get(layout.RECORDING, {}).get("started_wall_ns", 0))
+    """What has to be subtracted from log_time to have the recorder's own clock; 0 where no recorder was.
+
+    Raises NotARecording.
+    """
+    started = file.metadata.get(layout.RECORDING, {}).get("started_wall_ns", "0")
+    if not started.removeprefix("-").isdecimal():
+        raise _unreadable(file, "clock tie")
+    return int(started)
+
+
+def _unreadable(file: McapReader, what: str) -> NotARecording:
+    return NotARecording(file.path, f"has an unreadable {what}" + "".join(f" ({text})" for text in file.damage))
 
 
 def read_log(path: Path | str) -> Log:
@@ -141,4 +157,7 @@ def _truth(file: McapReader, messages: Iterable[McapMessage]) -> Truth | None:
 
 def _surfaces(file: McapReader) -> Surfaces | None:
     stored = file.attachments.get(layout.SURFACES)
-    return None if stored is None else Surfaces.from_json(stored.data)
+    try:
+        return None if stored is None else Surfaces.from_json(stored.data)
+    except (ValueError, KeyError, TypeError):
+        raise _unreadable(file, layout.SURFACES) from None

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from math import inf, isnan
+from math import inf, isnan, pi
 
 import numpy as np
 
@@ -77,12 +77,20 @@ def _collect(file: McapReader) -> _Topics:
             source = (message.topic, reading.header.frame_id)
             found.ranges.append((reading.header.stamp.ns or message.log_time_ns, source, reading))
         elif message.schema == ODOMETRY:
-            pose = decode(ros2.Odometry, message.data)
-            found.odometry.setdefault(message.topic, []).append((pose.header.stamp.ns or message.log_time_ns, pose))
+            odometry = decode(ros2.Odometry, message.data)
+            timed = (odometry.header.stamp.ns or message.log_time_ns, odometry)
+            if _finite(odometry.pose.pose.position, odometry.pose.pose.orientation):
+                found.odometry.setdefault(message.topic, []).append(timed)
         elif message.schema == FRAMES and message.topic.endswith("tf_static"):
             for edge in decode(ros2.TFMessage, message.data).transforms:
-                found.frames[edge.child_frame_id] = edge
+                if _finite(edge.transform.translation, edge.transform.rotation):
+                    found.frames[edge.child_frame_id] = edge
     return found
+
+
+def _finite(place: ros2.Point | ros2.Vector3, turn: ros2.Quaternion) -> bool:
+    """Whether a pose is one, near enough for its µm to be integers."""
+    return all(abs(value) < 1e9 for value in (place.x, place.y, turn.x, turn.y, turn.z, turn.w))
 
 
 def _one_odometry(file: McapReader, topics: _Topics) -> list[tuple[int, ros2.Odometry]]:
@@ -146,6 +154,8 @@ def _placed(rows: Ints, odometry: Odometry, counts: Counter[str]) -> Readings:
 
 def _robot(file: McapReader, topics: _Topics, base: str, sources: list[Source]) -> Robot:
     first = topics.ranges[0][2]
+    if not (0 < first.max_range < 1e6 and 0 < first.field_of_view < pi):
+        raise MissingTopics(file, "has Range messages without a max_range and a field_of_view")
     sonars = tuple(_mounting(file, topics, base, frame) for _, frame in sources)
     return replace(
         load_robot("amigo-sh"),
