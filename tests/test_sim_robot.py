@@ -147,6 +147,13 @@ def test_motion_commands(
     assert (sip.x, sip.y, sip.heading) == pytest.approx(expected, abs=2)
 
 
+def test_resetting_odometry_does_not_turn_the_robot_again(client: Client) -> None:
+    assert client.drive(Command.DHEAD, 90, 4000).heading == 1024
+    client.say(Command.SETO)
+    assert client.sips(2000)[-1].heading == 0
+    assert client.drive(Command.HEAD, 10, 2000).heading == 114
+
+
 def test_speeds_are_limited_and_reported_per_wheel(client: Client) -> None:
     client.say(Command.SETA, 1000)
     client.say(Command.SETV, 500)

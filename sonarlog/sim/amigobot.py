@@ -22,7 +22,7 @@ _IO_PACKET = bytes((0xF0, 1, 0xFF, 1, 0xFF, 0))  # one byte of digital inputs, o
 
 
 class AmigoBot:
-    """One robot in one world. `now_ns` is its own time, which only `advance` moves."""
+    """One robot in one world. `now_ns` is its own time, which only `advance` and `tick` move."""
 
     def __init__(
         self, world: World, *, seed: int, robot: Robot, errors: OdometryErrors, acoustics: Acoustics | None = None

@@ -22,7 +22,7 @@ class Body:
         self._radius = radius
         self._walls = [(w.x0, w.y0, (w.x1 - w.x0) / w.length, (w.y1 - w.y0) / w.length, w.length) for w in world.walls]
         self._poles = [(p.x, p.y, p.radius) for p in world.poles]
-        self.travel = 0.0  # metres the wheels have run forward, ever
+        self.travel, self.turned = 0.0, 0.0  # metres and radians the wheels have run, ever
         self.stalled = False
         self.place(0.0, 0.0, 0.0)
         self.reset_odometry()
@@ -55,6 +55,7 @@ class Body:
                 self.travel += distance
         self.heading += true_turn
         self.odometry_heading += turn
+        self.turned += turn
 
     def _go(self, x: float, y: float) -> bool:
         """Go there, unless that is nearer to something than the radius, and nearer than now."""

@@ -65,7 +65,7 @@ class Drive:
         self._hard = hard
         self._goal_speed = self._goal_turn = 0.0
         self._goal_travel: float | None = None
-        self._goal_heading: float | None = None
+        self._goal_turned: float | None = None
 
     def _set_limit(self, number: int, value: int) -> None:
         size = abs(value) / 1000 if number in (Command.SETV, Command.SETA) else abs(value) * DEGREE
@@ -83,7 +83,7 @@ class Drive:
             self._turn_deceleration = size
 
     def _set_goal(self, number: int, value: int) -> None:
-        heading = self._body.odometry_heading
+        turned = self._body.turned
         if number == Command.VEL:
             self._go_at(value / 1000)
         elif number == Command.MOVE:
@@ -91,12 +91,12 @@ class Drive:
         elif number in (Command.RVEL, Command.ROTATE):
             self._turn_at(value * DEGREE)
         elif number == Command.DHEAD:
-            self._turn_to(heading + value * DEGREE)
+            self._turn_to(turned + value * DEGREE)
         elif number == Command.DCHEAD:
-            self._turn_to((heading if self._goal_heading is None else self._goal_heading) + value * DEGREE)
+            self._turn_to((turned if self._goal_turned is None else self._goal_turned) + value * DEGREE)
         elif number == Command.HEAD:
-            turns = (value * DEGREE - heading) / (2.0 * PI)
-            self._turn_to(heading + (turns - round(turns)) * 2.0 * PI)
+            turns = (value * DEGREE - self._body.odometry_heading) / (2.0 * PI)
+            self._turn_to(turned + (turns - round(turns)) * 2.0 * PI)
         elif number == Command.VEL2:
             left, right = split_wheels(value)
             self._go_at((left + right) / 2 * _WHEEL_STEP_M_S)
@@ -106,10 +106,10 @@ class Drive:
         self._hard, self._goal_travel, self._goal_speed = False, None, speed
 
     def _turn_at(self, turn: float) -> None:
-        self._hard, self._goal_heading, self._goal_turn = False, None, turn
+        self._hard, self._goal_turned, self._goal_turn = False, None, turn
 
-    def _turn_to(self, heading: float) -> None:
-        self._hard, self._goal_heading = False, heading
+    def _turn_to(self, turned: float) -> None:
+        self._hard, self._goal_turned = False, turned
 
     def tick(self, halted: bool) -> None:
         """One tick of motion. `halted`: the watchdog holds the robot, but the goals stay."""
@@ -131,8 +131,8 @@ class Drive:
         speed, turn = self._goal_speed, self._goal_turn
         if self._goal_travel is not None:
             speed = _approach(self._goal_travel - self._body.travel, self._deceleration)
-        if self._goal_heading is not None:
-            turn = _approach(self._goal_heading - self._body.odometry_heading, self._turn_deceleration)
+        if self._goal_turned is not None:
+            turn = _approach(self._goal_turned - self._body.turned, self._turn_deceleration)
         return (
             min(max(speed, -self._max_speed), self._max_speed),
             min(max(turn, -self._max_turn), self._max_turn),

@@ -89,6 +89,6 @@ def sim_stat(body: Body) -> bytes:
 
 def encoders(body: Body) -> bytes:
     """ENCODERpac: ticks of the left and the right wheel since the robot was built."""
-    across = body.odometry_heading * HALF_TRACK_MM
+    across = body.turned * HALF_TRACK_MM
     ticks = (round((body.travel * 1000 + side * across) * _ENCODER_TICKS_A_MM) for side in (-1, 1))
     return bytes((0x90,)) + b"".join((count & 0xFFFFFFFF).to_bytes(4, "little") for count in ticks)
