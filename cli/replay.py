@@ -3,20 +3,11 @@
 import json
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from cli.options import FILE, FOLDER, algorithm_settings, as_json, force, quiet, settings_from
-
-if TYPE_CHECKING:
-    from cli.progress import Advance
-    from slam.geometry import Pose
-    from slam.pipeline import Step
-    from sonarlog.log import Log
-    from sonarlog.viz.rerun_door import Inspection
-
-WINDOW = "window"
+from cli.watching import WINDOW, Watch
 
 
 @click.command("replay")
@@ -72,7 +63,7 @@ def command(
     if output is None and (viz is None or folder is not None):
         output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
     with progress("replaying", quiet=quiet) as advance:
-        watch = _Watch(f"{recording.name} {chosen.name}", viz, advance, force=force)
+        watch = Watch(advance, viz, f"{recording.name} {chosen.name}", force=force)
         with closing(watch):
             result = replay(recording, chosen, output, force=force, watcher=watch)
     if folder is not None and output is not None:
@@ -86,37 +77,6 @@ def command(
     click.echo(f"{result.digest}  {output or recording}  {result.sweeps} sweeps, {chosen.name} {chosen.version}")
     if not quiet:
         click.echo(_told(result.counts), err=True)
-
-
-class _Watch:
-    """Progress, and what --viz asks for: a viewer, or a file for it."""
-
-    def __init__(self, title: str, viz: str | None, advance: "Advance", *, force: bool) -> None:
-        self._title, self._viz, self._advance, self._force = title, viz, advance, force
-        self._inspection: Inspection | None = None
-        self._done = self._count = 0
-
-    def begin(self, log: "Log", sweeps: int) -> None:
-        self._count = sweeps
-        if self._viz is None:
-            return
-        from sonarlog.viz.rerun_door import inspect_live, inspect_to_file
-
-        self._inspection = (
-            inspect_live(self._title, log)
-            if self._viz == WINDOW
-            else inspect_to_file(self._title, log, self._viz, force=self._force)
-        )
-
-    def step(self, step: "Step", truth: "Pose | None") -> None:
-        self._done += 1
-        if self._inspection is not None:
-            self._inspection.add(step, truth)
-        self._advance(self._done, self._count)
-
-    def close(self) -> None:
-        if self._inspection is not None:
-            self._inspection.finish()
 
 
 def _told(counts: dict[str, int]) -> str:

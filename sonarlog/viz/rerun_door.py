@@ -110,7 +110,7 @@ def inspect_live(title: str, log: Log) -> Inspection:
 def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = False) -> Inspection:
     """Save what comes to an .rrd file. Raises CannotSave for a file that exists or cannot be made."""
     if Path(path).exists() and not force:
-        raise CannotSave(f"{path} exists; name another file, or give --force to overwrite it")
+        raise CannotSave(f"{path} exists and is not overwritten: name another file, or give --force")
     if not Path(path).resolve().parent.is_dir() or not os.access(Path(path).resolve().parent, os.W_OK):
         raise CannotSave(f"cannot write {path}: its folder is not there or not yours to write in")
     stream = rr.RecordingStream("sonarlog")

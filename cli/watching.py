@@ -1,0 +1,47 @@
+"""Following a replay: progress, and what --viz asks for."""
+
+from typing import TYPE_CHECKING
+
+from cli.progress import Advance
+
+if TYPE_CHECKING:
+    from slam.geometry import Pose
+    from slam.pipeline import Step
+    from sonarlog.log import Log
+    from sonarlog.viz.rerun_door import Inspection
+
+WINDOW = "window"
+"""The value of --viz that asks for the viewer's own window; any other is a file."""
+
+
+class Watch:
+    """A `sonarlog.replay.Watcher` that advances a progress bar, and shows or saves the inspection if there is one."""
+
+    def __init__(self, advance: Advance, viz: str | None = None, title: str = "", *, force: bool = False) -> None:
+        self._advance, self._viz, self._title, self._force = advance, viz, title, force
+        self._inspection: Inspection | None = None
+        self._done = self._count = 0
+
+    def begin(self, log: "Log", sweeps: int) -> None:
+        """Open the viewer or file, before anything is computed."""
+        self._count = sweeps
+        if self._viz is None:
+            return
+        from sonarlog.viz.rerun_door import inspect_live, inspect_to_file
+
+        if self._viz == WINDOW:
+            self._inspection = inspect_live(self._title, log)
+        else:
+            self._inspection = inspect_to_file(self._title, log, self._viz, force=self._force)
+
+    def step(self, step: "Step", truth: "Pose | None") -> None:
+        """Show it, count it."""
+        if self._inspection is not None:
+            self._inspection.add(step, truth)
+        self._done += 1
+        self._advance(self._done, self._count)
+
+    def close(self) -> None:
+        """Send what is left to the viewer or file."""
+        if self._inspection is not None:
+            self._inspection.finish()
