@@ -115,7 +115,7 @@ def draw_maps(panels: Sequence[Panel], path: Path | str, *, force: bool = False)
         sheet.paste(panel, (GAP_PX + k % columns * (width + GAP_PX), GAP_PX + k // columns * (height + GAP_PX)))
     _legend(ImageDraw.Draw(sheet), panels, size[1] - TITLE_PX // 2 - GAP_PX // 2)
     try:
-        sheet.save(path, format="PNG", optimize=True)
+        sheet.save(path, format="PNG")
     except OSError as error:
         raise CannotDraw(f"cannot write the picture {path}: {error.strerror or error}") from None
     return sheet.size
@@ -184,7 +184,7 @@ def _draw(panel: Panel, window: Window) -> Image.Image:
     _line(pen, window.pixels(panel.path), GREEN, 2.5)
     for point in window.pixels(panel.path[:1]):
         _dot(pen, point, GREEN, 5)
-    small = layer.resize(body.size, Image.Resampling.LANCZOS)
+    small = layer.reduce(SMOOTH)
     body.paste(small, (0, 0), small)
     _scale_bar(ImageDraw.Draw(body), window)
     titled = Image.new("RGB", (body.width, body.height + TITLE_PX), "white")

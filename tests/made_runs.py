@@ -1,0 +1,51 @@
+"""Runs of a short synthetic corridor, made by the real pipeline and written by the real writer."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from slam import pipeline
+from slam.algorithms import algorithm
+from slam.geometry import Pose
+from slam.sweep import Sweep
+from sonarlog.digest import RunDigest
+from sonarlog.log import Surfaces
+from sonarlog.runs import Run, RunWriter, identify, read_run
+from tests.synthetic import RING, corridor, scan
+
+STATIONS = 5
+TRUE = [Pose(0.8 * k, 0.0, 0.0) for k in range(STATIONS)]
+SURFACES = Surfaces("synthetic", np.array([(w.x0, w.y0, w.x1, w.y1) for w in corridor(length=6.0)]), np.zeros((0, 3)))
+
+
+def drifting(turn_at_2_deg: float = 3.0) -> list[Sweep]:
+    """The corridor with a false turn of the odometry between the second and the third station."""
+    walls, odometry = corridor(length=6.0), []
+    for k, pose in enumerate(TRUE):
+        odometry.append(pose if k == 0 else odometry[-1].compose(TRUE[k - 1].step_to(pose)))
+        if k == 2:
+            odometry[-1] = replace(odometry[-1], theta=odometry[-1].theta + np.radians(turn_at_2_deg))
+    made = [scan(walls, true, raw) for true, raw in zip(TRUE, odometry, strict=True)]
+    return [replace(sweep, t_ns=sweep.t_ns + 40_000_000_000 * k) for k, sweep in enumerate(made)]
+
+
+def made_run(
+    path: Path,
+    name: str = "paper",
+    sweeps: Iterable[Sweep] = (),
+    *,
+    recording: str = "one recording",
+    truth: bool = True,
+    **changes: object,
+) -> Run:
+    """A run of these sweeps; `changes` are settings, with `__` for the dot."""
+    chosen = algorithm(name).configured({key.replace("__", "."): value for key, value in changes.items()})
+    identity = identify(recording, chosen)
+    result = RunDigest(identity)
+    with RunWriter(path, identity) as writer:
+        for step, true in zip(pipeline.run(sweeps, RING, chosen), TRUE, strict=False):
+            writer.add(step, result.add(step), result.chain, true if truth else None)
+        writer.finish(result, step.state.grid, {}, SURFACES if truth else None)
+    return read_run(path)
