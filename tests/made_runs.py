@@ -1,8 +1,9 @@
 """Runs of a short synthetic corridor, made by the real pipeline and written by the real writer."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,7 +23,8 @@ SURFACES = Surfaces("synthetic", np.array([(w.x0, w.y0, w.x1, w.y1) for w in cor
 
 def drifting(turn_at_2_deg: float = 3.0) -> list[Sweep]:
     """The corridor with a false turn of the odometry between the second and the third station."""
-    walls, odometry = corridor(length=6.0), []
+    walls = corridor(length=6.0)
+    odometry: list[Pose] = []
     for k, pose in enumerate(TRUE):
         odometry.append(pose if k == 0 else odometry[-1].compose(TRUE[k - 1].step_to(pose)))
         if k == 2:
@@ -35,13 +37,13 @@ def made_run(
     path: Path,
     name: str = "paper",
     sweeps: Iterable[Sweep] = (),
+    changes: Mapping[str, object] = MappingProxyType({}),
     *,
     recording: str = "one recording",
     truth: bool = True,
-    **changes: object,
 ) -> Run:
-    """A run of these sweeps; `changes` are settings, with `__` for the dot."""
-    chosen = algorithm(name).configured({key.replace("__", "."): value for key, value in changes.items()})
+    """A run of these sweeps with some settings changed."""
+    chosen = algorithm(name).configured(changes)
     identity = identify(recording, chosen)
     result = RunDigest(identity)
     with RunWriter(path, identity) as writer:

@@ -1,6 +1,8 @@
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from cli.main import run as run_command
 from slam.grid import Cells, Grid, Patch
 from slam.sweep import Sweep
 from sonarlog.diff import Diff, NotComparable, cell_changes, diff_runs
+from sonarlog.runs import read_run
 from tests.made_runs import drifting, made_run
 
 
@@ -34,10 +37,19 @@ def odometry(folder: Path, sweeps: list[Sweep]) -> Path:
     return made_run(folder / "odometry.run.mcap", "odometry", sweeps).path
 
 
-def against_paper(folder: Path, paper: Path, name: str, sweeps: list[Sweep], **changes: object) -> Diff:
-    from sonarlog.runs import read_run
-
-    return diff_runs(read_run(paper), made_run(folder / f"{name}.mcap", "paper", sweeps, **changes))
+def against_paper(
+    folder: Path,
+    paper: Path,
+    name: str,
+    sweeps: list[Sweep],
+    changes: Mapping[str, object] = MappingProxyType({}),
+    *,
+    recording: str = "one recording",
+    truth: bool = True,
+) -> Diff:
+    """The difference between the run `paper` and another one, made now with these changes."""
+    other = made_run(folder / f"{name}.mcap", "paper", sweeps, changes, recording=recording, truth=truth)
+    return diff_runs(read_run(paper), other)
 
 
 def test_a_run_and_itself_are_the_same(folder: Path, paper: Path, sweeps: list[Sweep]) -> None:
@@ -51,7 +63,7 @@ def test_a_run_and_itself_are_the_same(folder: Path, paper: Path, sweeps: list[S
 def test_settings_that_change_nothing_are_named_and_the_result_is_the_same(
     folder: Path, paper: Path, sweeps: list[Sweep]
 ) -> None:
-    found = against_paper(folder, paper, "wider", sweeps, association__d1_m=0.21)
+    found = against_paper(folder, paper, "wider", sweeps, {"association.d1_m": 0.21})
     assert found.same
     assert found.headline.endswith("though made with different association.d1_m.")
 
@@ -59,7 +71,7 @@ def test_settings_that_change_nothing_are_named_and_the_result_is_the_same(
 def test_a_changed_threshold_is_found_in_association_where_it_first_bites(
     folder: Path, paper: Path, sweeps: list[Sweep]
 ) -> None:
-    found = against_paper(folder, paper, "d1", sweeps, association__d1_m=0.005)
+    found = against_paper(folder, paper, "d1", sweeps, {"association.d1_m": 0.005})
     assert found.first is not None
     assert (found.first.sweep, found.first.block) == (2, "E")
     assert "joins chain" in found.first.words
@@ -71,7 +83,7 @@ def test_a_changed_threshold_is_found_in_association_where_it_first_bites(
 def test_a_changed_weight_is_found_in_map_extension_and_the_path_is_untouched(
     folder: Path, paper: Path, sweeps: list[Sweep]
 ) -> None:
-    found = against_paper(folder, paper, "weight", sweeps, map__wall=10)
+    found = against_paper(folder, paper, "weight", sweeps, {"map.wall": 10})
     assert found.first is not None
     assert (found.first.sweep, found.first.block) == (0, "H")
     assert found.path.largest_m == 0
@@ -82,7 +94,7 @@ def test_a_changed_weight_is_found_in_map_extension_and_the_path_is_untouched(
 def test_another_idea_of_occupied_is_a_difference_though_no_evidence_is(
     folder: Path, paper: Path, sweeps: list[Sweep]
 ) -> None:
-    found = against_paper(folder, paper, "strict", sweeps, map__occupied_from=100)
+    found = against_paper(folder, paper, "strict", sweeps, {"map.occupied_from": 100})
     assert found.first is not None
     assert found.first.block in "HI"
     assert found.cells.table[2][0] > 0
@@ -105,8 +117,6 @@ def test_a_sweep_that_only_one_has_is_a_difference(folder: Path, paper: Path, sw
 
 
 def test_swapped_sides_give_the_mirrored_report(paper: Path, odometry: Path) -> None:
-    from sonarlog.runs import read_run
-
     there, back = (diff_runs(*(read_run(p) for p in pair)) for pair in ((odometry, paper), (paper, odometry)))
     assert there.truth is not None
     assert back.truth is not None
@@ -118,14 +128,14 @@ def test_swapped_sides_give_the_mirrored_report(paper: Path, odometry: Path) -> 
 
 
 def test_without_truth_nothing_is_said_of_it(folder: Path, paper: Path, sweeps: list[Sweep]) -> None:
-    assert against_paper(folder, paper, "blind", sweeps, truth=False, map__wall=11).truth is None
+    assert against_paper(folder, paper, "blind", sweeps, {"map.wall": 11}, truth=False).truth is None
 
 
 def test_runs_that_cannot_be_compared_are_refused_by_name(folder: Path, paper: Path, sweeps: list[Sweep]) -> None:
     with pytest.raises(NotComparable, match="different recordings"):
         against_paper(folder, paper, "elsewhere", sweeps[:1], recording="another")
     with pytest.raises(NotComparable, match="cells of 5 cm and 10 cm"):
-        against_paper(folder, paper, "coarse", sweeps[:1], map__cell_m=0.1)
+        against_paper(folder, paper, "coarse", sweeps[:1], {"map.cell_m": 0.1})
 
 
 def test_cells_are_counted_by_what_became_of_them() -> None:

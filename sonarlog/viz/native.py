@@ -18,6 +18,9 @@ from pathlib import Path
 from sonarlog.errors import SonarlogError
 
 START_S = 20.0
+SETTLE_S = 0.8
+"""A viewer listens before it looks for a screen and graphics; one that finds none is gone within this time."""
+
 INSTEAD = "save with --viz FILE.rrd and open that elsewhere with `rerun FILE.rrd`"
 
 
@@ -63,7 +66,7 @@ def start_viewer(*, headless: bool = False) -> Viewer:
             process.kill()
             process.wait()
             said.seek(0)
-            raise NoViewer(f"the viewer does not start ({_last_line(said.read())}); {INSTEAD}")
+            raise NoViewer(f"the viewer does not start ({_reason(said.read())}); {INSTEAD}")
     return Viewer(f"rerun+http://127.0.0.1:{port}/proxy", process)
 
 
@@ -89,11 +92,21 @@ def _listens(port: int, process: "subprocess.Popen[bytes]") -> bool:
     while time.monotonic() < end and process.poll() is None:
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return True
+                return _stays(process)
         time.sleep(0.05)
     return False
 
 
-def _last_line(said: bytes) -> str:
-    lines = said.decode(errors="replace").strip().splitlines()
-    return lines[-1].strip() if lines else "it says nothing"
+def _stays(process: "subprocess.Popen[bytes]") -> bool:
+    try:
+        process.wait(SETTLE_S)
+    except subprocess.TimeoutExpired:
+        return True
+    return False
+
+
+def _reason(said: bytes) -> str:
+    """What a viewer that gave up said of it: its error or panic, else its last line."""
+    lines = said.decode(errors="replace").strip().splitlines() or ["it says nothing"]
+    telling = [line for line in lines if line.startswith("Error:") or " panicked at " in line]
+    return (telling or lines[-1:])[0].rpartition(" panicked at ")[2].rpartition(": ")[2].strip(" '")

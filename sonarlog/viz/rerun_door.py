@@ -14,7 +14,7 @@ from slam.pipeline import Step
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Floats, Log
 from sonarlog.picture import BLUE, GREEN, PURPLE, UNKNOWN, VERMILLION
-from sonarlog.viz.native import start_viewer
+from sonarlog.viz.native import Viewer, start_viewer
 from sonarlog.viz.scene import GREY, Scene, extent
 from sonarlog.viz.shapes import Colour, Dots, Raster, Shape
 
@@ -99,9 +99,12 @@ class Inspection:
         self.finish()
 
 
-def inspect_live(title: str, log: Log) -> Inspection:
-    """Open the native viewer and show there what comes. Raises NoViewer where there is no display."""
-    viewer = start_viewer()
+def inspect_live(title: str, log: Log, viewer: Viewer | None = None) -> Inspection:
+    """Show what comes in a viewer: in one that runs already, else in the native one's own window.
+
+    Raises NoViewer where there is no display.
+    """
+    viewer = viewer or start_viewer()
     stream = rr.RecordingStream("sonarlog")
     stream.connect_grpc(viewer.url)
     return Inspection(stream, title, log, following=True)
