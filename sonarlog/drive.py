@@ -13,7 +13,7 @@ from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import Sip
 from sonarlog.robot import Robot
 from sonarlog.route import Action, Follow, Go, Route, Scan, Turn, walk
-from sonarlog.surroundings import Echoes, Place, Wall, best_way, place, walls_of, wrap
+from sonarlog.surroundings import Echoes, Place, Wall, best_way, place, room_to_walls, walls_of, wrap
 
 SAY_AGAIN_NS = 500_000_000  # commands are never acknowledged
 OVERLAP_DEG = 6.0  # more than a full circle, so that it closes even where odometry turns too fast
@@ -85,7 +85,7 @@ class Driver:
         self._path += moved
         still = moved < 0.002 and abs(here.heading_deg - self._here.heading_deg) < 0.15
         self._still_sips = self._still_sips + 1 if still else 0
-        self._stalled = sip.stalled
+        self._stalled |= sip.stalled
         self._now_ns, self._here = sample.t_ns, here
         self._echoes.add(sample.readings)
         if self._scan_readings is not None:
@@ -171,8 +171,7 @@ class Driver:
 
     def _follow(self, action: Follow) -> Moves:
         heading = self._here.heading_deg
-        at = self._scanned_at
-        if at is not None and _distance(at, self._here) < SCAN_VALID_M:
+        if self._scan_is_near():
             ahead = heading if self._ahead_deg is None else self._ahead_deg
             way = best_way(self._walls, self._here, ahead, action.metres)
             if way.clearance < CLEARANCE_M:
@@ -186,36 +185,45 @@ class Driver:
         return (yield from self._travel("follow", action.metres, heading, steer=True))
 
     def _travel(self, name: str, metres: float, heading_deg: float, *, steer: bool) -> Moves:
-        """So many metres along a heading, braking before what the sonars see; True if that is no way at all."""
+        """So many metres along a heading, braking before what is in the way; True if that is no way at all."""
         begin = self._path
         way = 1 if metres >= 0 else -1
+        self._stalled = False
         standing_ns: int | None = None
         blocked = False
-        while (left := abs(metres) - (self._path - begin)) > 0.01:
+        while (left := abs(metres) - (self._path - begin)) > 0.01 and not blocked:
             speed = min(self._speed, max(30.0, 900 * left), 900 * (self._room(way) - STOP_M))
-            if speed >= 25 and not self._stalled:
-                standing_ns = None
-            else:
+            if speed < 25:
                 speed = 0.0
                 standing_ns = standing_ns or self._now_ns
-                blocked = self._now_ns - standing_ns > 1_000_000_000  # an echo seen once is no wall
-                if blocked:
-                    break
+                blocked = self._now_ns - standing_ns > 1_000_000_000  # an echo heard once is no wall
+            elif self._stalled:
+                blocked = True
+            else:
+                standing_ns = None
+            aim = heading_deg
             if steer and speed:
                 heading_deg, aim = self._steer(heading_deg)
-            else:
-                aim = heading_deg
             off = wrap(aim - self._here.heading_deg)
-            yield Motion(way * speed, max(-10.0, min(10.0, 1.5 * off)) if speed else 0.0)
+            yield STAND if blocked else Motion(way * speed, max(-10.0, min(10.0, 1.5 * off)) if speed else 0.0)
         yield from self._rest()
         self._ahead_deg = self._here.heading_deg
         done = self._path - begin
         if blocked:
-            self._event("warn", f"{name} {metres:g}: stopped after {done:.2f} m, something is in the way")
+            why = "the wheels stalled" if self._stalled else "something is in the way"
+            self._event("warn", f"{name} {metres:g}: stopped after {done:.2f} m, {why}")
         return blocked and done < HEADWAY_M
 
     def _room(self, way: int) -> float:
-        return self._echoes.room(self._here, self._now_ns, backwards=way < 0)
+        """Metres in front of the hull: what the sonars see, and what the last scan, or just the way here, has shown."""
+        room = self._echoes.room(self._here, backwards=way < 0)
+        if not self._scan_is_near():
+            return min(room, self._echoes.remembered_room(self._here, backwards=way < 0))
+        heading = self._here.heading_deg + (0 if way > 0 else 180)
+        return min(room, room_to_walls(self._walls, self._here, heading, self._robot.radius_mm / 1000))
+
+    def _scan_is_near(self) -> bool:
+        return self._scanned_at is not None and _distance(self._scanned_at, self._here) < SCAN_VALID_M
 
     def _steer(self, heading_deg: float) -> tuple[float, float]:
         """(the corridor's heading as far as known, the heading to steer): towards the middle of both sides.
@@ -223,8 +231,7 @@ class Driver:
         Between two walls, what stays off the middle turns the idea of the corridor's heading; with one wall only, the
         robot just keeps off it.
         """
-        left = self._echoes.side(1, self._here, self._now_ns)
-        right = self._echoes.side(-1, self._here, self._now_ns)
+        left, right = self._echoes.side(1, self._here), self._echoes.side(-1, self._here)
         off = 0.0  # metres the middle is to the left
         if left is not None and right is not None:
             off = (left - right) / 2

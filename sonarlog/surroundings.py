@@ -4,8 +4,8 @@ Only for driving: nothing here is recorded or replayed. Must not know: commands,
 Frame: odometry's, metres; angles in degrees.
 """
 
+from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 
 FRESH_NS = 1_200_000_000
 """A sonar fires every 0.32 s; an echo older than this says nothing about what is there now."""
+
+MEMORY_NS = 30_000_000_000
+"""So long an echo is remembered: things in the way do not go, and odometry is good for so long."""
 
 NEAR_M = 3.0  # walls further away do not matter to the next metre
 
@@ -117,77 +120,101 @@ def beam_origin(pose: Pose, sonar: Sonar) -> tuple[float, float, float]:
     return float(x), float(y), at.heading_deg + sonar.heading_deg
 
 
-@dataclass(frozen=True)
-class Echo:
-    """What one sonar saw last: the point on its axis, None where nothing answered; and whether it saw that twice."""
+class Echo(NamedTuple):
+    """A reading's point on the sonar's axis, None where nothing answered."""
 
     t_ns: int
+    sonar: int
     point: tuple[float, float] | None
-    steady: bool
 
 
 class Echoes:
-    """The last reading of every sonar."""
+    """What the sonars said in the last seconds."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._last: dict[int, Echo] = {}
+        self._heard: deque[Echo] = deque()  # oldest first
 
     def add(self, readings: Sequence[Reading]) -> None:
-        """Take note of new readings."""
+        """Take note of new readings and forget old ones."""
         for reading in readings:
             point = None
             if reading.range_mm < self._robot.max_range_mm:
                 x, y, axis = beam_origin(reading.pose, self._robot.sonars[reading.sonar])
-                angle = np.radians(axis)
-                point = (
-                    float(x + reading.range_mm / 1000 * np.cos(angle)),
-                    float(y + reading.range_mm / 1000 * np.sin(angle)),
-                )
-            before = self._last.get(reading.sonar)
-            steady = point is not None and before is not None and before.point is not None
-            steady = steady and _apart(point, before.point if before else None) < 0.2
-            self._last[reading.sonar] = Echo(reading.t_ns, point, steady)
+                angle, metres = np.radians(axis), reading.range_mm / 1000
+                point = (float(x + metres * np.cos(angle)), float(y + metres * np.sin(angle)))
+            self._heard.append(Echo(reading.t_ns, reading.sonar, point))
+        while self._heard and self._heard[-1].t_ns - self._heard[0].t_ns > MEMORY_NS:
+            self._heard.popleft()
 
-    def room(self, here: Place, now_ns: int, *, backwards: bool = False) -> float:
-        """Metres from the robot's hull to the nearest thing in its way, as far as the sonars that look there know.
+    def room(self, here: Place, *, backwards: bool = False) -> float:
+        """Metres from the robot's hull to what the sonars that look there see now.
 
         A wall at a slant shows only in the sonars near its normal, so those up to 50° off count too, where what they
         see is within 15 cm of the robot's track.
         """
         radius = self._robot.radius_mm / 1000
         room = NEAR_M
-        for number, sonar in enumerate(self._robot.sonars):
-            off = abs(wrap(sonar.heading_deg - (180 if backwards else 0)))
-            seen = self._seen(number, here, now_ns)
-            if seen is None or off > 50:
+        latest = {echo.sonar: echo for echo in self._heard if self._is_fresh(echo)}
+        for echo in latest.values():
+            off = abs(wrap(self._robot.sonars[echo.sonar].heading_deg - (180 if backwards else 0)))
+            if echo.point is None or off > 50:
                 continue
-            ahead, aside = (-seen[0], seen[1]) if backwards else seen
-            if off <= 20 or abs(aside) < radius + 0.15:
-                room = min(room, ahead - radius)
+            ahead, aside = _seen_from(here, np.array([echo.point]), backwards=backwards)
+            if off <= 20 or abs(aside[0]) < radius + 0.15:
+                room = min(room, float(ahead[0]) - radius)
         return room
 
-    def side(self, sign: int, here: Place, now_ns: int) -> float | None:
-        """Metres from the robot's centre to what the sonar looking to that side (+1 left, -1 right) steadily sees."""
-        for number, sonar in enumerate(self._robot.sonars):
-            if abs(sonar.heading_deg - 90 * sign) <= 10 and (echo := self._last.get(number)) and echo.steady:
-                seen = self._seen(number, here, now_ns)
-                if seen is not None and 0 < seen[1] * sign < 2.0:
-                    return seen[1] * sign
-        return None
+    def remembered_room(self, here: Place, *, backwards: bool = False) -> float:
+        """Metres from the hull to what stood in its track a while ago, as several echoes of two sonars agree.
 
-    def _seen(self, number: int, here: Place, now_ns: int) -> tuple[float, float] | None:
-        """The sonar's echo in the robot's frame, if it is fresh."""
-        echo = self._last.get(number)
-        if echo is None or echo.point is None or now_ns - echo.t_ns > FRESH_NS:
+        A wall straight ahead lies between the beams of the two front sonars and shows in neither, but it did while
+        the robot turned to it.
+        """
+        radius = self._robot.radius_mm / 1000
+        echoes = [echo for echo in self._heard if echo.point is not None]
+        sonar = np.array([echo.sonar for echo in echoes])
+        ahead, aside = _seen_from(here, np.array([echo.point for echo in echoes]).reshape(-1, 2), backwards=backwards)
+        room = NEAR_M
+        for index in np.flatnonzero((ahead > 0) & (ahead < NEAR_M) & (np.abs(aside) < radius + 0.05)):
+            near = np.hypot(ahead - ahead[index], aside - aside[index]) < 0.12
+            if near.sum() >= 3 and len(np.unique(sonar[near])) >= 2:
+                room = min(room, float(ahead[index]) - radius)
+        return room
+
+    def side(self, sign: int, here: Place) -> float | None:
+        """Metres from the robot's centre to what the sonar looking to that side (+1 left, -1 right) saw twice."""
+        last = [
+            echo
+            for echo in self._heard
+            if abs(self._robot.sonars[echo.sonar].heading_deg - 90 * sign) <= 10 and self._is_fresh(echo)
+        ][-2:]
+        if len(last) < 2 or last[0].point is None or last[1].point is None:
             return None
-        dx, dy = echo.point[0] - here.x, echo.point[1] - here.y
-        cosine, sine = np.cos(np.radians(here.heading_deg)), np.sin(np.radians(here.heading_deg))
-        return float(dx * cosine + dy * sine), float(dy * cosine - dx * sine)
+        _, aside = _seen_from(here, np.array([last[0].point, last[1].point]))
+        distance = float(aside[1]) * sign
+        return distance if 0 < distance < 2.0 and abs(aside[1] - aside[0]) < 0.15 else None
+
+    def _is_fresh(self, echo: Echo) -> bool:
+        return self._heard[-1].t_ns - echo.t_ns <= FRESH_NS
 
 
-def _apart(a: tuple[float, float] | None, b: tuple[float, float] | None) -> float:
-    return np.inf if a is None or b is None else float(np.hypot(a[0] - b[0], a[1] - b[1]))
+def room_to_walls(walls: Sequence[Wall], here: Place, heading_deg: float, radius: float) -> float:
+    """Metres the hull can go along a heading before it comes to one of the walls."""
+    room = NEAR_M
+    for wall in walls:
+        slant = float(np.cos(np.radians(heading_deg - wall.normal_deg)))
+        if slant > 0.5:
+            room = min(room, (distance_to(wall, here) - radius) / slant)
+    return room
+
+
+def _seen_from(here: Place, points: Floats, *, backwards: bool = False) -> tuple[Floats, Floats]:
+    """Points (n, 2) in the robot's frame: how far ahead (astern if `backwards`) and how far to the left."""
+    dx, dy = points[:, 0] - here.x, points[:, 1] - here.y
+    cosine, sine = np.cos(np.radians(here.heading_deg)), np.sin(np.radians(here.heading_deg))
+    ahead = dx * cosine + dy * sine
+    return (-ahead if backwards else ahead), dy * cosine - dx * sine
 
 
 def _wrap_array(degrees: Floats) -> Floats:
