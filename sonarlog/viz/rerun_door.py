@@ -15,15 +15,15 @@ from sonarlog.errors import SonarlogError
 from sonarlog.log import Floats, Log
 from sonarlog.picture import BLUE, GREEN, PURPLE, UNKNOWN, VERMILLION
 from sonarlog.viz.native import Viewer, start_viewer
-from sonarlog.viz.scene import GREY, Scene, extent
-from sonarlog.viz.shapes import Colour, Dots, Raster, Shape
+from sonarlog.viz.scene import GREY, Scene, Shown, extent
+from sonarlog.viz.shapes import Colour, Dots, Raster, Shape, Strips
 
 SWEEP, TIME = "sweep", "time"
 """Timelines: the number of the sweep, and the time since the recording began."""
 
 HERE = "map/here"
 NEAR_M = 3.2
-LAYERS = ("map/grid", "map/patch", "map/true", "map/chains", "map/frontier", "map/readings", "map/sweep", "map/goal",
+LAYERS = ("map/grid", "map/patch", "map/true", "map/chains", "map/frontier", "map/sweep", "map/readings", "map/goal",
           "map/odometry", "map/predicted", "map/corrected")  # fmt: skip
 """From the bottom to the top."""
 
@@ -52,6 +52,8 @@ class Inspection:
         self._scene = Scene(log.robot.radius_mm / 1000, log.surfaces)
         self._start_ns = int(log.odometry.t_ns[0]) if len(log.odometry.t_ns) else 0
         self._count = 0
+        stream.set_log_time_enabled(False)
+        stream.set_log_tick_enabled(False)
         stream.send_recording_name(title)
         for path, (name, colour) in SERIES.items():
             marks = rr.SeriesPoints(colors=colour, names=name, marker_sizes=3.0)
@@ -59,9 +61,9 @@ class Inspection:
 
     def add(self, step: Step, truth: Pose | None = None) -> None:
         """Show a step; `truth` is where the robot really was at its reference reading, in the recording's frame."""
-        if self._count == 0:
-            self._begin(step, truth is not None)
         shown = self._scene.show(step, truth)
+        if self._count == 0:
+            self._begin(step, shown)
         moment = int(step.sweep.t_ns[step.sweep.reference]) - self._start_ns
         self._stream.set_time(SWEEP, sequence=self._count)
         self._stream.set_time(TIME, duration=np.timedelta64(moment, "ns"))
@@ -73,9 +75,11 @@ class Inspection:
         self._stream.log("blocks", rr.TextDocument(shown.text, media_type=rr.MediaType.MARKDOWN))
         self._count += 1
 
-    def _begin(self, first: Step, truth: bool) -> None:
+    def _begin(self, first: Step, shown: Shown) -> None:
         """Lay out what is to come, and fix which way is up in the map and in the view that follows the robot."""
-        low, high = extent(first, self._log.odometry)
+        walls = shown.shapes.get("map/true/walls")
+        low, high = extent(first, self._log.odometry, walls if isinstance(walls, Strips) else None)
+        truth = "map/true/path" in shown.shapes
         self._stream.send_blueprint(_blueprint(low, high, truth=truth, following=self._following))
         upright = _upright(first.calibrated.odometry.theta)
         self._stream.log("map", rr.Transform3D(mat3x3=upright), static=True)

@@ -108,14 +108,18 @@ class Scene:
         return numbers
 
 
-def extent(first: Step, odometry: Odometry) -> tuple[Floats, Floats]:
-    """Lower left and upper right corner (x, y) m of what will be shown, as raw odometry has it.
+def extent(first: Step, odometry: Odometry, walls: Strips | None) -> tuple[Floats, Floats]:
+    """Lower left and upper right corner (x, y) m of what will be shown: true walls, and the way as odometry has it.
 
-    From the first sweep's place, along the axes of odometry.
+    From the first sweep's place, along the axes of odometry. `walls` are the true ones in the map's frame.
     """
     start = first.calibrated.odometry
     path = np.column_stack([odometry.x_um * 1e-6 - start.x, odometry.y_um * 1e-6 - start.y])
-    return path.min(axis=0) - AROUND_M, path.max(axis=0) + AROUND_M
+    low, high = path.min(axis=0) - AROUND_M, path.max(axis=0) + AROUND_M
+    if walls is None or not walls.lines:
+        return low, high
+    true = Pose(0.0, 0.0, start.theta).points(np.concatenate([*walls.lines]))
+    return np.minimum(low, true.min(axis=0) - 0.5), np.maximum(high, true.max(axis=0) + 0.5)
 
 
 def _map(step: Step) -> dict[str, Shape]:
@@ -176,13 +180,13 @@ def _sweep(step: Step) -> dict[str, Shape]:
     corners = np.array(posed.corners).reshape(-1, 2)
     return {
         "map/sweep/rcds": Strips(
-            [np.array([s.start, s.end]) for s in posed.rcds], [BLUE if s else ORANGE for s in strong], 4.0
+            [np.array([s.start, s.end]) for s in posed.rcds], [BLUE if s else ORANGE for s in strong], 6.0
         ),
         "map/sweep/predicted_walls": Strips([np.array([w.start, w.end]) for w in association.predicted], [PURPLE], 1.5),
         "map/sweep/walls": Strips(
             [np.array([w.start, w.end]) for w in posed.walls],
             [BLACK],
-            5.0,
+            2.5,
             tuple(f"wall {k}" for k in range(len(posed.walls))),
         ),
         "map/sweep/links": Strips(links, [BLACK], 1.0),
