@@ -48,6 +48,8 @@ class Driver:
         self._echoes = Echoes(robot)
         self._walls: tuple[Wall, ...] = ()
         self._scanned_at: Place | None = None
+        self._recalled: tuple[Wall, ...] = ()
+        self._recalled_ns = -1_000_000_000
         self._scan_readings: list[Reading] | None = None
         self._ahead_deg: float | None = None
         self._turned_last = False
@@ -215,12 +217,18 @@ class Driver:
         return blocked and done < HEADWAY_M
 
     def _room(self, way: int) -> float:
-        """Metres in front of the hull: what the sonars see, and what the last scan, or just the way here, has shown."""
-        room = self._echoes.room(self._here, backwards=way < 0)
-        if not self._scan_is_near():
-            return min(room, self._echoes.remembered_room(self._here, backwards=way < 0))
+        """Metres in front of the hull: what the sonars see, and the walls known from before."""
         heading = self._here.heading_deg + (0 if way > 0 else 180)
-        return min(room, room_to_walls(self._walls, self._here, heading, self._robot.radius_mm / 1000))
+        known = room_to_walls(self._known_walls(), self._here, heading, self._robot.radius_mm / 1000)
+        return min(known, self._echoes.room(self._here, backwards=way < 0))
+
+    def _known_walls(self) -> tuple[Wall, ...]:
+        """What the last scan saw, if it is near, else what was seen on the way here; that looked up once a second."""
+        if self._scan_is_near():
+            return self._walls
+        if self._now_ns - self._recalled_ns >= 1_000_000_000:
+            self._recalled, self._recalled_ns = self._echoes.walls(), self._now_ns
+        return self._recalled
 
     def _scan_is_near(self) -> bool:
         return self._scanned_at is not None and _distance(self._scanned_at, self._here) < SCAN_VALID_M

@@ -6,6 +6,7 @@ Frame: odometry's, metres; angles in degrees.
 
 from collections import deque
 from collections.abc import Sequence
+from math import cos, radians, sin, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -27,10 +28,15 @@ NEAR_M = 3.0  # walls further away do not matter to the next metre
 
 
 class Wall(NamedTuple):
-    """The tangent at a wall's nearest point: p on it satisfies n(normal_deg)·p = rho."""
+    """The tangent at a wall's nearest point: p on it satisfies n(normal_deg)·p = rho.
+
+    (x, y) is that point, which alone was seen: it may be an edge or a post as well.
+    """
 
     normal_deg: float
     rho: float
+    x: float
+    y: float
 
 
 class Way(NamedTuple):
@@ -58,7 +64,9 @@ def wrap(degrees: float) -> float:
     return (degrees + 180) % 360 - 180
 
 
-def walls_of(readings: Sequence[Reading], robot: Robot) -> tuple[Wall, ...]:
+def walls_of(
+    readings: Sequence[Reading], robot: Robot, *, readings_needed: int = 10, sonars_needed: int = 3
+) -> tuple[Wall, ...]:
     """Walls (and whatever else reflects like one) seen by a scan.
 
     A wall answers a sonar with one and the same distance all the while its axis is within half a beam of the normal,
@@ -80,11 +88,13 @@ def walls_of(readings: Sequence[Reading], robot: Robot) -> tuple[Wall, ...]:
     while True:
         best = int(np.argmax((alike & left).sum(axis=1) * left))
         members = alike[best] & left
-        if members.sum() < 10 or len(np.unique(sonar[members])) < 3:
+        if members.sum() < readings_needed or len(np.unique(sonar[members])) < sonars_needed:
             return tuple(walls)
         normal = axis[best] + float(np.mean(_wrap_array(axis[members] - axis[best])))
-        n_x, n_y = np.cos(np.radians(normal)), np.sin(np.radians(normal))
-        walls.append(Wall(wrap(normal), float(np.mean(reach[members]) + centre_x * n_x + centre_y * n_y)))
+        n_x, n_y = cos(radians(normal)), sin(radians(normal))
+        far = float(np.mean(reach[members]))
+        foot_x, foot_y = float(centre_x) + far * n_x, float(centre_y) + far * n_y
+        walls.append(Wall(wrap(normal), foot_x * n_x + foot_y * n_y, foot_x, foot_y))
         left &= ~((apart[best] < 20) & (agree[best] < 0.15))
 
 
@@ -107,45 +117,31 @@ def best_way(walls: Sequence[Wall], here: Place, ahead_deg: float, metres: float
 
 def distance_to(wall: Wall, here: Place) -> float:
     """How far the wall's line is, in metres."""
-    normal = np.radians(wall.normal_deg)
-    return float(wall.rho - here.x * np.cos(normal) - here.y * np.sin(normal))
+    normal = radians(wall.normal_deg)
+    return wall.rho - here.x * cos(normal) - here.y * sin(normal)
 
 
 def beam_origin(pose: Pose, sonar: Sonar) -> tuple[float, float, float]:
     """Where a sonar sits and looks: x, y in metres, axis in degrees."""
     at = place(pose)
-    cosine, sine = np.cos(np.radians(at.heading_deg)), np.sin(np.radians(at.heading_deg))
+    cosine, sine = cos(radians(at.heading_deg)), sin(radians(at.heading_deg))
     x = at.x + (sonar.x_mm * cosine - sonar.y_mm * sine) / 1000
     y = at.y + (sonar.x_mm * sine + sonar.y_mm * cosine) / 1000
-    return float(x), float(y), at.heading_deg + sonar.heading_deg
-
-
-class Echo(NamedTuple):
-    """A reading's point on the sonar's axis, None where nothing answered."""
-
-    t_ns: int
-    sonar: int
-    point: tuple[float, float] | None
+    return x, y, at.heading_deg + sonar.heading_deg
 
 
 class Echoes:
-    """What the sonars said in the last seconds."""
+    """What the sonars said in the last half minute."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._heard: deque[Echo] = deque()  # oldest first
+        self._readings: deque[Reading] = deque()  # oldest first
 
     def add(self, readings: Sequence[Reading]) -> None:
         """Take note of new readings and forget old ones."""
-        for reading in readings:
-            point = None
-            if reading.range_mm < self._robot.max_range_mm:
-                x, y, axis = beam_origin(reading.pose, self._robot.sonars[reading.sonar])
-                angle, metres = np.radians(axis), reading.range_mm / 1000
-                point = (float(x + metres * np.cos(angle)), float(y + metres * np.sin(angle)))
-            self._heard.append(Echo(reading.t_ns, reading.sonar, point))
-        while self._heard and self._heard[-1].t_ns - self._heard[0].t_ns > MEMORY_NS:
-            self._heard.popleft()
+        self._readings += readings
+        while self._readings and self._readings[-1].t_ns - self._readings[0].t_ns > MEMORY_NS:
+            self._readings.popleft()
 
     def room(self, here: Place, *, backwards: bool = False) -> float:
         """Metres from the robot's hull to what the sonars that look there see now.
@@ -155,66 +151,71 @@ class Echoes:
         """
         radius = self._robot.radius_mm / 1000
         room = NEAR_M
-        latest = {echo.sonar: echo for echo in self._heard if self._is_fresh(echo)}
-        for echo in latest.values():
-            off = abs(wrap(self._robot.sonars[echo.sonar].heading_deg - (180 if backwards else 0)))
-            if echo.point is None or off > 50:
+        for number, sonar in enumerate(self._robot.sonars):
+            off = abs(wrap(sonar.heading_deg - (180 if backwards else 0)))
+            if off > 50 or not (fresh := self._fresh(number, 1)) or (seen := self._point(fresh[0], here)) is None:
                 continue
-            ahead, aside = _seen_from(here, np.array([echo.point]), backwards=backwards)
-            if off <= 20 or abs(aside[0]) < radius + 0.15:
-                room = min(room, float(ahead[0]) - radius)
+            ahead, aside = (-seen[0], seen[1]) if backwards else seen
+            if off <= 20 or abs(aside) < radius + 0.15:
+                room = min(room, ahead - radius)
         return room
 
-    def remembered_room(self, here: Place, *, backwards: bool = False) -> float:
-        """Metres from the hull to what stood in its track a while ago, as several echoes of two sonars agree.
+    def walls(self) -> tuple[Wall, ...]:
+        """Walls in what was heard in the last half minute, on less evidence than a scan gives.
 
         A wall straight ahead lies between the beams of the two front sonars and shows in neither, but it did while
         the robot turned to it.
         """
-        radius = self._robot.radius_mm / 1000
-        echoes = [echo for echo in self._heard if echo.point is not None]
-        sonar = np.array([echo.sonar for echo in echoes])
-        ahead, aside = _seen_from(here, np.array([echo.point for echo in echoes]).reshape(-1, 2), backwards=backwards)
-        room = NEAR_M
-        for index in np.flatnonzero((ahead > 0) & (ahead < NEAR_M) & (np.abs(aside) < radius + 0.05)):
-            near = np.hypot(ahead - ahead[index], aside - aside[index]) < 0.12
-            if near.sum() >= 3 and len(np.unique(sonar[near])) >= 2:
-                room = min(room, float(ahead[index]) - radius)
-        return room
+        return walls_of(self._readings, self._robot, readings_needed=4, sonars_needed=2)
 
     def side(self, sign: int, here: Place) -> float | None:
         """Metres from the robot's centre to what the sonar looking to that side (+1 left, -1 right) saw twice."""
-        last = [
-            echo
-            for echo in self._heard
-            if abs(self._robot.sonars[echo.sonar].heading_deg - 90 * sign) <= 10 and self._is_fresh(echo)
-        ][-2:]
-        if len(last) < 2 or last[0].point is None or last[1].point is None:
-            return None
-        _, aside = _seen_from(here, np.array([last[0].point, last[1].point]))
-        distance = float(aside[1]) * sign
-        return distance if 0 < distance < 2.0 and abs(aside[1] - aside[0]) < 0.15 else None
+        for number, sonar in enumerate(self._robot.sonars):
+            if abs(sonar.heading_deg - 90 * sign) > 10:
+                continue
+            points = [self._point(reading, here) for reading in self._fresh(number, 2)]
+            asides = [point[1] * sign for point in points if point is not None]
+            if len(asides) == 2 and abs(asides[1] - asides[0]) < 0.15 and 0 < asides[0] < 2.0:
+                return asides[0]
+        return None
 
-    def _is_fresh(self, echo: Echo) -> bool:
-        return self._heard[-1].t_ns - echo.t_ns <= FRESH_NS
+    def _fresh(self, sonar: int, count: int) -> list[Reading]:
+        """The last so many readings of that sonar, newest first, without what is too old to be of now."""
+        found: list[Reading] = []
+        for reading in reversed(self._readings):
+            if self._readings[-1].t_ns - reading.t_ns > FRESH_NS or len(found) == count:
+                break
+            if reading.sonar == sonar:
+                found.append(reading)
+        return found
+
+    def _point(self, reading: Reading, here: Place) -> tuple[float, float] | None:
+        """The point on the sonar's axis where the echo came from, ahead and to the left of the robot; None: no echo."""
+        if reading.range_mm >= self._robot.max_range_mm:
+            return None
+        x, y, axis = beam_origin(reading.pose, self._robot.sonars[reading.sonar])
+        dx = x + reading.range_mm / 1000 * cos(radians(axis)) - here.x
+        dy = y + reading.range_mm / 1000 * sin(radians(axis)) - here.y
+        cosine, sine = cos(radians(here.heading_deg)), sin(radians(here.heading_deg))
+        return dx * cosine + dy * sine, dy * cosine - dx * sine
 
 
 def room_to_walls(walls: Sequence[Wall], here: Place, heading_deg: float, radius: float) -> float:
-    """Metres the hull can go along a heading before it comes to one of the walls."""
+    """Metres the hull can go along a heading before it comes to a point that was seen of a wall.
+
+    Where a track meets a wall further from that point, at a slant, the sonars to the front see it in time.
+    """
     room = NEAR_M
     for wall in walls:
-        slant = float(np.cos(np.radians(heading_deg - wall.normal_deg)))
-        if slant > 0.5:
-            room = min(room, (distance_to(wall, here) - radius) / slant)
+        off = radians(heading_deg - wall.normal_deg)
+        if cos(off) < 0.5:
+            continue
+        # Along the wall, from the point that was seen to where the track meets it.
+        along = radians(wall.normal_deg + 90)
+        beside = (here.x - wall.x) * cos(along) + (here.y - wall.y) * sin(along)
+        if abs(beside + distance_to(wall, here) * tan(off)) < radius + 0.1:
+            room = min(room, (distance_to(wall, here) - radius) / cos(off))
     return room
-
-
-def _seen_from(here: Place, points: Floats, *, backwards: bool = False) -> tuple[Floats, Floats]:
-    """Points (n, 2) in the robot's frame: how far ahead (astern if `backwards`) and how far to the left."""
-    dx, dy = points[:, 0] - here.x, points[:, 1] - here.y
-    cosine, sine = np.cos(np.radians(here.heading_deg)), np.sin(np.radians(here.heading_deg))
-    ahead = dx * cosine + dy * sine
-    return (-ahead if backwards else ahead), dy * cosine - dx * sine
 
 
 def _wrap_array(degrees: Floats) -> Floats:
