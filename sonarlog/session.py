@@ -84,8 +84,9 @@ class Session:
         self.stage = Stage.SYNC0
         self._drive = drive
         self._patience_ns = patience_ns
-        self._tries = 0
-        self._heard = 0
+        self._tries = 0  # of one step of the handshake
+        self._cleared = 0  # how often a robot still open was closed
+        self._heard = 0  # packets
         self._next_ns = 0  # when to try again
         self._drained_ns = 0  # SIPs before are from a session just closed
         self._due_ns = dict.fromkeys(("pulse", "config", "sonar", "enable", "truth"), 0)
@@ -135,7 +136,7 @@ class Session:
             return self._keep_up(now_ns)
         if now_ns < self._next_ns:
             return b""
-        if self._tries >= TRIES:
+        if self._tries >= TRIES or self._cleared >= TRIES:
             raise NoAnswer(self._heard, self.stage is Stage.OPENING)
         self._tries += 1
         self._next_ns = now_ns + self._patience_ns
@@ -143,6 +144,8 @@ class Session:
             return encode_command(Command.OPEN, 1)
         if self.stage is Stage.CLEARING:
             self.stage = Stage.SYNC0
+            self._tries = 0
+            self._cleared += 1
             self._next_ns = self._drained_ns = now_ns + self._patience_ns // 2
             return encode_command(Command.STOP) + encode_command(Command.CLOSE)
         if self._tries in (3, 5):  # it may be deaf to SYNC: open already, or half way through another handshake
