@@ -176,7 +176,8 @@ class Driver:
         if self._scan_is_near():
             ahead = heading if self._ahead_deg is None else self._ahead_deg
             way = best_way(self._walls, self._here, ahead, action.metres)
-            if way.clearance < CLEARANCE_M:
+            # To the side there has to be more room, or the robot turns round at a dead end.
+            if way.clearance < CLEARANCE_M * (1 + abs(wrap(way.heading_deg - ahead)) / 90):
                 self._event("info", f"follow {action.metres:g}: the way ahead is closed")
                 return True
             turn = wrap(way.heading_deg - heading)
