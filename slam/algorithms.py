@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from slam.association import Association, Chains
+from slam.association import Association, AssociationConfig, Chains
 from slam.config import Config, configured
 from slam.errors import SlamError
 from slam.features import FeatureConfig
@@ -44,12 +44,16 @@ ALGORITHMS = {
             1,
             "the paper to the letter: every RCD of wall kind, strict minimum over the window",
             search,
-            Config(features=FeatureConfig(only_strong_walls=False), localisation=LocalisationConfig(shift_price=0.0)),
+            Config(
+                features=FeatureConfig(only_strong_walls=False),
+                association=AssociationConfig(tell_points=False),
+                localisation=LocalisationConfig(shift_price=0.0),
+            ),
         ),
         Algorithm(
             "paper",
             1,
-            "the paper's blocks, only strong RCDs as walls, and a price on shifts that no wall asks for",
+            "the paper's blocks, only strong RCDs as walls, points told from walls, a price on shifts that no wall asks for",
             search,
             Config(),
         ),

@@ -4,7 +4,7 @@ A wall is compared with every member of every chain; the chain's first member is
 become the roots of new ones, once the sweep's pose is known.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,11 +17,21 @@ from slam.sweep import Ints
 
 @dataclass(frozen=True)
 class AssociationConfig:
-    """The paper's thresholds: distance d1, gap d2, angle a1."""
+    """The paper's thresholds: distance d1, gap d2, angle a1; and when a feature's nature is told by parallax.
+
+    `tell_points = false` takes every feature for the wall that one sweep alone would make of it, as the paper does.
+    """
 
     d1_m: float = 0.20
     d2_m: float = 0.50
     a1_deg: float = 20.0
+    tell_points: bool = True
+    parallax_m: float = 0.15
+    parallax_of_distance: float = 0.04
+
+
+OPEN, WALL, POINT = 0, 1, 2
+"""The nature of a feature: not told yet, a wall, or a point (a corner, an edge, a pole) that answers like a wall."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +41,7 @@ class Member:
     chain: int
     sweep: int
     segment: Segment
+    nature: int = OPEN
 
 
 @dataclass(frozen=True)
@@ -48,13 +59,13 @@ class Chains:
         """The chain's members, oldest first."""
         return [member for member in self.members if member.chain == chain]
 
-    def joined(self, walls: list[tuple[int | None, Segment]], sweep: int) -> "Chains":
-        """With the walls linked in: each to its chain, or to a new one for None."""
+    def joined(self, walls: list[tuple[int | None, int, Segment]], sweep: int) -> "Chains":
+        """With the walls linked in: each (chain, nature, segment) to its chain, or to a new one for None."""
         members, roots = list(self.members), list(self.roots)
-        for chain, wall in walls:
+        for chain, nature, wall in walls:
             if chain is None:
                 roots.append(len(members))
-            members.append(Member(len(roots) - 1 if chain is None else chain, sweep, wall))
+            members.append(Member(len(roots) - 1 if chain is None else chain, sweep, wall, nature))
         return Chains(tuple(members), tuple(roots))
 
 
@@ -68,6 +79,7 @@ class Link:
     d1: float
     a1: float
     gap: float  # 0 where the two overlap
+    nature: int = WALL
 
 
 @dataclass(frozen=True)
@@ -78,16 +90,23 @@ class Association:
     unlinked: tuple[int, ...]
     predicted: tuple[Segment, ...]
 
-    def chained(self, walls: tuple[Segment, ...]) -> list[tuple[int | None, Segment]]:
-        """The walls, as they lie at the corrected pose, each with the chain it joins; None: it starts its own."""
-        chain_of = {link.wall: link.chain for link in self.links}
-        return [(chain_of.get(k), wall) for k, wall in enumerate(walls)]
+    def chained(self, walls: tuple[Segment, ...]) -> list[tuple[int | None, int, Segment]]:
+        """The walls, as they lie at the corrected pose, each with the chain it joins (None: its own) and its nature."""
+        link_of = {link.wall: (link.chain, link.nature) for link in self.links}
+        return [(*link_of.get(k, (None, OPEN)), wall) for k, wall in enumerate(walls)]
 
 
-def associate(walls: tuple[Wall, ...], chains: Chains, predicted: Pose, config: AssociationConfig) -> Association:
-    """For each wall the member with the smallest d1; ties go to the lower chain, then to the older member."""
+def associate(
+    walls: tuple[Wall, ...], chains: Chains, poses: tuple[Pose, ...], predicted: Pose, config: AssociationConfig
+) -> Association:
+    """For each wall the member with the smallest d1; ties go to the lower chain, then to the older member.
+
+    `poses` are those of the sweeps so far: a feature's nature shows by how it moved as the robot did.
+    """
     placed = tuple(wall.segment.moved(predicted) for wall in walls)
     links = [link for k, wall in enumerate(placed) if (link := _best(k, wall, chains, config)) is not None]
+    if config.tell_points:
+        links = [link for link in (_told(link, placed, predicted, chains, poses, config) for link in links) if link]
     linked = {link.wall for link in links}
     return Association(tuple(links), tuple(k for k in range(len(walls)) if k not in linked), placed)
 
@@ -109,6 +128,53 @@ def _best(k: int, wall: Segment, chains: Chains, config: AssociationConfig) -> L
     candidates = np.flatnonzero(good & (d1 == d1[good].min()))
     best = int(min(candidates.tolist(), key=lambda m: (int(chain[m]), m)))
     return Link(k, int(chain[best]), best, float(d1[best]), float(a1[best]), float(gap[best]))
+
+
+def _told(
+    link: Link,
+    placed: tuple[Segment, ...],
+    here: Pose,
+    chains: Chains,
+    poses: tuple[Pose, ...],
+    config: AssociationConfig,
+) -> Link | None:
+    """The link with its nature; None where a wall would join a chain of points, or a point one of walls."""
+    members = chains.of(link.chain)
+    nature = nature_of(placed[link.wall], here, members, poses, config)
+    before = next((member.nature for member in reversed(members) if member.nature != OPEN), OPEN)
+    if OPEN not in (nature, before) and nature != before:
+        return None
+    return replace(link, nature=nature)
+
+
+def nature_of(
+    wall: Segment, here: Pose, members: list[Member], poses: tuple[Pose, ...], config: AssociationConfig
+) -> int:
+    """Wall or point, by parallax: as the robot goes along a wall its foot point goes with it; a point's stays.
+
+    Told by the member whose station lies least far along the wall from here, but far enough; OPEN while none does.
+    From far away a corner at the end of a wall looks like a piece of it.
+    """
+    foot = _foot(wall, here)
+    distance = dmath.hypot(foot[0] - here.x, foot[1] - here.y)
+    enough = max(config.parallax_m, config.parallax_of_distance * distance)
+    nature, least = OPEN, 0.0
+    for member in members:
+        station = poses[member.sweep]
+        sine, cosine = dmath.sincos(member.segment.alpha)
+        moved = cosine * (here.y - station.y) - sine * (here.x - station.x)
+        if abs(moved) >= enough and (nature == OPEN or abs(moved) < least):
+            was = _foot(member.segment, station)
+            followed = cosine * (foot[1] - was[1]) - sine * (foot[0] - was[0])
+            nature, least = WALL if abs(followed - moved) < 0.5 * abs(moved) else POINT, abs(moved)
+    return nature
+
+
+def _foot(wall: Segment, station: Pose) -> tuple[float, float]:
+    """The point of the wall's line nearest to a station, in the map frame."""
+    sine, cosine = dmath.sincos(wall.alpha)
+    off = wall.rho - (cosine * station.x + sine * station.y)
+    return station.x + off * cosine, station.y + off * sine
 
 
 def mean_distance(wall: Segment, alpha: Floats, rho: Floats) -> Floats:

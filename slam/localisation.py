@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
-from slam.association import Association, Chains
+from slam.association import POINT, WALL, Association, Chains
 from slam.dmath import DEGREE, Floats
 from slam.geometry import Pose, Segment, wrap
 
@@ -52,12 +52,17 @@ def keep_prediction(
 
 
 def search(predicted: Pose, association: Association, chains: Chains, config: LocalisationConfig) -> Localisation:
-    """The paper's search over orientations, then over the cells of a window. No associated wall, no correction."""
-    if not association.links:
+    """The paper's search over orientations, then over the cells of a window. No associated wall, no correction.
+
+    Points say nothing of the orientation, and features whose nature is not told yet only where no wall does.
+    """
+    links = [link for link in association.links if link.nature != POINT]
+    if not links:
         return keep_prediction(predicted, association, chains, config)
-    walls = [association.predicted[link.wall] for link in association.links]
-    roots = [chains.root(link.chain) for link in association.links]
-    differences = np.array([wrap(w.alpha - r.alpha) for w, r in zip(walls, roots, strict=True)]) / DEGREE
+    walls = [association.predicted[link.wall] for link in links]
+    roots = [chains.root(link.chain) for link in links]
+    sure = [k for k, link in enumerate(links) if link.nature == WALL] or range(len(links))
+    differences = np.array([wrap(walls[k].alpha - roots[k].alpha) for k in sure]) / DEGREE
     average, turn = best_turn(differences, config.angle_step_deg)
     turned = Pose(predicted.x, predicted.y, predicted.theta + turn * DEGREE)
     here = Pose(predicted.x, predicted.y, 0.0)

@@ -73,7 +73,7 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> S
     calibrated = self_calibrate(sweep, ring, state.last(sweep.session), state.calibration, config.self_calibration)
     reliability = analyse_reliability(calibrated, config.reliability)
     features = extract_features(reliability, config.features)
-    association = associate(features.walls, state.chains, calibrated.predicted, config.association)
+    association = associate(features.walls, state.chains, state.poses, calibrated.predicted, config.association)
     localisation = algorithm.localise(calibrated.predicted, association, state.chains, config.localisation)
     posed = post_calibrate(calibrated, reliability, features, localisation.pose)
     chains = state.chains.joined(association.chained(posed.walls), len(state.poses))

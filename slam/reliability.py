@@ -25,6 +25,7 @@ class ReliabilityConfig:
     arcs: ArcConfig = field(default_factory=ArcConfig)
     driving: DrivingConfig = field(default_factory=DrivingConfig)
     strong_width_deg: float = 18.0
+    merged_width_deg: float = 33.0  # no surface answers over more: a wall and what stands at its end
     associate_m: float = 0.10
 
 
@@ -33,7 +34,7 @@ class Rcd:
     """A region of constant depth in F: its surface lies at `distance` m along `bearing` rad.
 
     `left` and `right` (m) bound what was seen of a flat surface there, along its tangent; `width` rad is the angle
-    over which it answers, `spread` m the largest deviation of a reading. A strong RCD is wide enough to be a wall.
+    over which it answers, `spread` m the largest deviation of a reading. A strong RCD is as wide as a wall.
     """
 
     bearing: float
@@ -103,7 +104,7 @@ def _rcd(arcs: list[Arc], beams: Beams, config: ReliabilityConfig) -> Rcd:
         spread=float(np.abs(levels - distance).max()),
         left=distance * _tan(first),
         right=distance * _tan(last),
-        strong=high - low >= config.strong_width_deg * DEGREE,
+        strong=config.strong_width_deg * DEGREE <= high - low <= config.merged_width_deg * DEGREE,
         sonars=len({arc.sonar for arc in arcs}),
         readings=readings,
     )

@@ -71,8 +71,8 @@ def test_d1_is_not_symmetric_and_d2_is_between_ends() -> None:
     assert mean_distance(a, *of(b)[:2])[0] == pytest.approx(0.0398, abs=5e-5)
     assert end_gap(b, of(a)[2])[0] == pytest.approx(0.3162, abs=5e-5)
     assert not overlapping(b, of(a)[0], of(a)[2])[0]
-    chains = Chains().joined([(None, a)], 0)
-    found = associate((Wall(0, b),), chains, ORIGIN, AssociationConfig())
+    chains = Chains().joined([(None, 0, a)], 0)
+    found = associate((Wall(0, b),), chains, (ORIGIN,), ORIGIN, AssociationConfig())
     assert [(link.chain, link.member) for link in found.links] == [(0, 0)]
 
 
@@ -80,21 +80,21 @@ def test_d1_is_not_symmetric_and_d2_is_between_ends() -> None:
     ("setting", "value"), [("d1_m", 0.149), ("a1_deg", 5.7), ("d2_m", 0.316)], ids=["distance", "angle", "gap"]
 )
 def test_each_threshold_alone_keeps_walls_apart(setting: str, value: float) -> None:
-    chains = Chains().joined([(None, line(0, 1, 1, 1))], 0)
+    chains = Chains().joined([(None, 0, line(0, 1, 1, 1))], 0)
     config = AssociationConfig(**{setting: value})
-    assert associate((Wall(0, line(1.3, 1.1, 2.3, 1.2)),), chains, ORIGIN, config).unlinked == (0,)
+    assert associate((Wall(0, line(1.3, 1.1, 2.3, 1.2)),), chains, (ORIGIN,), ORIGIN, config).unlinked == (0,)
 
 
 def test_the_two_faces_of_a_thin_wall_never_meet() -> None:
     front, back = segment(90 * DEGREE, 1.0, -0.3, 0.3), segment(-90 * DEGREE, -1.02, -0.3, 0.3)
-    chains = Chains().joined([(None, front)], 0)
-    assert associate((Wall(0, back),), chains, ORIGIN, AssociationConfig()).links == ()
+    chains = Chains().joined([(None, 0, front)], 0)
+    assert associate((Wall(0, back),), chains, (ORIGIN,), ORIGIN, AssociationConfig()).links == ()
 
 
 def test_of_equal_members_the_lower_chain_then_the_older_member_wins() -> None:
     wall = segment(0.0, 2.0, -0.3, 0.3)
-    chains = Chains().joined([(None, wall), (None, wall)], 0).joined([(0, wall)], 1)
-    link = associate((Wall(0, wall),), chains, ORIGIN, AssociationConfig()).links[0]
+    chains = Chains().joined([(None, 0, wall), (None, 0, wall)], 0).joined([(0, 0, wall)], 0)
+    link = associate((Wall(0, wall),), chains, (ORIGIN,), ORIGIN, AssociationConfig()).links[0]
     assert (link.chain, link.member) == (0, 0)
 
 
@@ -179,7 +179,7 @@ def test_the_search_turns_then_shifts() -> None:
     root = segment(90 * DEGREE, 1.0, -0.5, 0.5)
     wall = segment(93 * DEGREE, 1.1, -0.3, 0.3)
     found = Association((Link(0, 0, 0, 0.1, 0.05, 0.0),), (), (wall,))
-    result = search(ORIGIN, found, Chains().joined([(None, root)], 0), LocalisationConfig())
+    result = search(ORIGIN, found, Chains().joined([(None, 0, root)], 0), LocalisationConfig())
     assert result.turn_deg == -3.0
     assert result.pose.theta / DEGREE == pytest.approx(-3.0, abs=1e-3)
     assert result.shift == pytest.approx((0.0, -0.10))

@@ -12,7 +12,7 @@ from sonarlog.sim.rng import Noise
 
 _PATCH_M, _PATCH_TURN = 0.1, 0.1 * 2.0 * PI
 """The floor is made of patches, of one grip each: so much driven, or a tenth of a turn."""
-_TYPICAL = {"rotation": 0.006, "distance": 0.006, "drift": 0.24, "slip": 0.4}
+_TYPICAL = {"rotation": 0.006, "distance": 0.006, "drift": 0.32, "slip": 0.4}
 _LIMITS = {"rotation": (0.5, 2.0), "distance": (0.5, 2.0), "drift": (-45.0, 45.0), "slip": (0.0, 45.0)}
 
 
