@@ -53,7 +53,7 @@ ALGORITHMS = {
         Algorithm(
             "paper",
             1,
-            "the paper's blocks, only strong RCDs as walls, points told from walls, a price on shifts that no wall asks for",
+            "the paper's blocks, but only strong RCDs are walls, points are told from walls, and shifts have a price",
             search,
             Config(),
         ),

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
+from slam.components import label
 from slam.dmath import Floats
 from slam.geometry import Bools, Pose
 from slam.grid import Grid
 from slam.planning import Ground, find_path, inflate
+from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
@@ -57,12 +59,13 @@ def next_goal(grid: Grid, pose: Pose, config: FrontierConfig) -> Decision:
     regions = _regions(frontier, ground, config)
     start = ground.cell(pose.x, pose.y)
     best: tuple[float, int, Floats] | None = None
+    reachable = ground.reachable(start)
     for k in sorted(range(len(regions)), key=lambda k: (-_gain(regions[k], pose, config), k)):
         target = regions[k].target
         # Straight there is the least a way can cost, so what cannot win even so needs no search.
         if best is not None and _gain(regions[k], pose, config) <= best[0]:
             break
-        found = None if target is None else find_path(ground, start, target)
+        found = find_path(ground, start, target) if target is not None and reachable[target] else None
         if found is not None:
             gain = regions[k].cells / (found.length_m + config.settle_m)
             if best is None or gain > best[0]:
@@ -86,27 +89,20 @@ def _gain(region: Region, pose: Pose, config: FrontierConfig) -> float:
 
 def _regions(frontier: Bools, ground: Ground, config: FrontierConfig) -> list[Region]:
     """8-connected clusters of frontier cells that are large enough, largest first."""
-    left_over = dict.fromkeys(zip(*(axis.tolist() for axis in np.nonzero(frontier)), strict=True))
+    rows, columns = np.nonzero(frontier)
+    cluster = label(frontier)[rows, columns]
+    sizes = np.bincount(cluster)
+    order = np.argsort(cluster, kind="stable")
+    borders = np.cumsum(sizes)
     regions = []
-    while left_over:
-        seed = next(iter(left_over))
-        del left_over[seed]
-        cluster, edge = [seed], [seed]
-        while edge:
-            row, column = edge.pop()
-            for near in [(row + dr, column + dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1)]:
-                if near in left_over:
-                    del left_over[near]
-                    cluster.append(near)
-                    edge.append(near)
-        if len(cluster) >= config.min_cells:
-            regions.append(_region(np.array(sorted(cluster)), ground))
+    for k in np.flatnonzero(sizes >= config.min_cells).tolist():
+        members = order[borders[k] - sizes[k] : borders[k]]
+        regions.append(_region(rows[members], columns[members], ground))
     return sorted(regions, key=lambda region: (-region.cells, region.centre))
 
 
-def _region(cluster: np.ndarray[tuple[int, int], np.dtype[np.int64]], ground: Ground) -> Region:
-    rows, columns = cluster[:, 0], cluster[:, 1]
-    middle_row, middle_column = int(rows.sum()) / len(cluster), int(columns.sum()) / len(cluster)
+def _region(rows: Ints, columns: Ints, ground: Ground) -> Region:
+    middle_row, middle_column = int(rows.sum()) / len(rows), int(columns.sum()) / len(rows)
     passable = ground.passable[rows, columns]
     target = None
     if bool(passable.any()):
@@ -117,4 +113,4 @@ def _region(cluster: np.ndarray[tuple[int, int], np.dtype[np.int64]], ground: Gr
         (middle_column + ground.left + 0.5) * ground.cell_m,
         (middle_row + ground.bottom + 0.5) * ground.cell_m,
     )
-    return Region(len(cluster), centre, target)
+    return Region(len(rows), centre, target)

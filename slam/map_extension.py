@@ -39,6 +39,7 @@ class MapConfig:
     alone_free: int = 2
     alone_margin_m: float = 0.40
     link_gap_m: float = 1.2
+    beyond_m: float = 2.0  # how far past the ends of what was seen a wall still stops a beam
     body_radius_m: float = 0.16
     beam_core_deg: float = 4.0
 
@@ -145,7 +146,7 @@ def _add_alone(
     for k in np.flatnonzero(reliability.reading_class == ALONE).tolist():
         origin = (float(posed.origins[k, 0]), float(posed.origins[k, 1]))
         echo = (float(posed.echoes[k, 0]), float(posed.echoes[k, 1]))
-        if any(crosses(origin, echo, wall) for wall in posed.walls):
+        if any(crosses(origin, echo, wall, config.beyond_m) for wall in posed.walls):
             continue  # it came back by way of that wall
         reach = float(beams.distance[k])
         axis = float(beams.axis[k]) + posed.pose.theta
@@ -161,8 +162,11 @@ def _add_alone(
         canvas.occupied.reshape(-1)[once] += config.alone
 
 
-def crosses(start: Point, end: Point, wall: Segment) -> bool:
-    """Whether the way from start to end passes through the wall, more than 10 cm before its own end."""
+def crosses(start: Point, end: Point, wall: Segment, beyond: float) -> bool:
+    """Whether the way from start to end passes the wall, or up to `beyond` m past its ends, over 10 cm before its own.
+
+    A sweep sees a short piece of a wall, and the wall goes on.
+    """
     sine, cosine = dmath.sincos(wall.alpha)
     before = cosine * start[0] + sine * start[1] - wall.rho
     after = cosine * end[0] + sine * end[1] - wall.rho
@@ -172,7 +176,7 @@ def crosses(start: Point, end: Point, wall: Segment) -> bool:
     x, y = start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
     place = cosine * y - sine * x
     ends = [cosine * q - sine * p for p, q in (wall.start, wall.end)]
-    return min(ends) <= place <= max(ends)
+    return min(ends) - beyond <= place <= max(ends) + beyond
 
 
 def _add_link(

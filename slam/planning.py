@@ -5,8 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.components import label
 from slam.dmath import Floats
 from slam.geometry import Bools
+
+START = 6
+"""The start may lie this many cells inside cells that are not passable."""
 
 STRAIGHT, DIAGONAL = 5, 7
 """Costs of a step: integers near 1 : √2, so that equal ways cost exactly the same."""
@@ -27,6 +31,14 @@ class Ground:
         row, column = int(y // self.cell_m) - self.bottom, int(x // self.cell_m) - self.left
         return min(max(row, 0), height - 1), min(max(column, 0), width - 1)
 
+    def reachable(self, start: tuple[int, int]) -> Bools:
+        """The passable cells with a way from the start (row, column), which itself need not be passable."""
+        row, column = start
+        near = np.zeros_like(self.passable)
+        near[max(row - START, 0) : row + START + 1, max(column - START, 0) : column + START + 1] = True
+        labels = label(self.passable | near)
+        return np.asarray(self.passable & (labels == labels[row, column]))
+
 
 @dataclass(frozen=True)
 class Path:
@@ -42,7 +54,7 @@ def inflate(occupied: Bools, radius: int) -> Bools:
     counts = np.pad(np.cumsum(np.pad(occupied, ((0, 0), (radius + 1, radius))), axis=1), ((radius, radius), (0, 0)))
     result = np.zeros_like(occupied)
     for dy in range(-radius, radius + 1):
-        reach = int((radius * radius - dy * dy) ** 0.5)
+        reach = max(dx for dx in range(radius + 1) if dx * dx + dy * dy <= radius * radius)
         rows = counts[radius + dy : radius + dy + height]
         ahead = rows[:, radius + 1 + reach : radius + 1 + reach + width]
         result |= ahead > rows[:, radius - reach : radius - reach + width]
@@ -62,10 +74,11 @@ def find_path(ground: Ground, start: tuple[int, int], goal: tuple[int, int]) -> 
         for dr in (-1, 0, 1) for dc in (-1, 0, 1) if dr or dc
     ]  # fmt: skip
     cost, came = {first: 0}, {first: first}
-    queue = [(_least(start, goal), first)]
+    # Of equally good ways the one nearest to the goal goes on: in the open that saves most of the search.
+    queue = [(_least(start, goal), 0, first)]
     done: set[int] = set()
     while queue:
-        _, here = heapq.heappop(queue)
+        _, _, here = heapq.heappop(queue)
         if here == last:
             return _path(ground, came, here, cost[here], width)
         if here in done:
@@ -76,12 +89,15 @@ def find_path(ground: Ground, start: tuple[int, int], goal: tuple[int, int]) -> 
             if not (0 <= row + dr < height and 0 <= column + dc < width):
                 continue
             there = here + offset
-            if not passable[there] and passable[here]:
+            if not passable[there] and (
+                passable[here] or max(abs(row + dr - start[0]), abs(column + dc - start[1])) > START
+            ):
                 continue
             new = cost[here] + price
             if there not in cost or new < cost[there]:
                 cost[there], came[there] = new, here
-                heapq.heappush(queue, (new + _least((row + dr, column + dc), goal), there))
+                ahead = _least((row + dr, column + dc), goal)
+                heapq.heappush(queue, (new + ahead, ahead, there))
     return None
 
 
