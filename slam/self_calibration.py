@@ -131,18 +131,22 @@ def _learn(raw: Calibrated, ring: SonarRing, known: Calibration, config: SelfCal
     arcs = [arc for arc in find_arcs(raw.beams, ArcConfig(), closed=False) if arc.whole]
     size = len(ring.mountings) + 1
     normal, right = known.normal.copy(), known.right.copy()
-    weight = 1.0 / (config.bearing_sigma_deg * DEGREE) ** 2
+    weight = _weight(config.bearing_sigma_deg * DEGREE)
     for members in cluster(arcs, ArcConfig()):
         rows, values = _arc_rows([arcs[i] for i in members], raw.turn, known, size)
         for row, value in zip(rows, values, strict=True):
             normal += weight * (row[:, None] * row[None, :])
             right += weight * (row * value)
-    prior = np.full(size, 1.0 / (config.mounting_sigma_deg * DEGREE) ** 2)
-    prior[0] = 1.0 / config.scale_sigma**2
+    prior = np.full(size, _weight(config.mounting_sigma_deg * DEGREE))
+    prior[0] = _weight(config.scale_sigma)
     ridge = normal.copy()
     ridge[np.arange(size), np.arange(size)] += prior
     solution = solve_spd(ridge, right).tolist()
     return Calibration(solution[0], tuple(solution[1:]), normal, right)
+
+
+def _weight(sigma: float) -> float:
+    return 1.0 / (sigma * sigma)
 
 
 def _arc_rows(arcs: list[Arc], turn: Floats, known: Calibration, size: int) -> tuple[Floats, Floats]:
