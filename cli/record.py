@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -39,6 +40,15 @@ PLAIN_EVERY_S = 5.0
     metavar="N",
     help="The robot at the port is a simulator that runs N times faster than real time.",
 )
+@click.option("--sim", is_flag=True, help="A simulator is meant: do not refuse one at a serial port.")
+@click.option(
+    "--give-up",
+    type=click.FloatRange(0),
+    default=60,
+    show_default=True,
+    metavar="SECONDS",
+    help="How long to try to come back to a robot that is lost.",
+)
 @click.option("--lean", is_flag=True, help="A fifth of the size: the wire, and little beside it.")
 @options.force
 @options.quiet
@@ -54,6 +64,8 @@ def command(
     robot: str | None,
     baud: int,
     speed: float | None,
+    sim: bool,
+    give_up: float,
     lean: bool,
     force: bool,
     quiet: bool,
@@ -87,8 +99,9 @@ def command(
     line = _Line(quiet=quiet, verbose=verbose)
     with _interrupts() as stop, line:
         status = _record(settings, plan, line, stop)
-    click.echo(f"{output}: {_summary(status)}", err=True)
-    return 130 if stop() else 0
+        line.clear()
+        line.say(f"{output}: {_summary(status)}")
+    return 130 if stop() or line.lost else 0
 
 
 def _plan(settings: dict[str, Any]) -> "Plan":
@@ -107,6 +120,7 @@ def _plan(settings: dict[str, Any]) -> "Plan":
         load_robot(settings["robot"]) if settings["robot"] else None,
         limit_ns=int(settings["limit"] * SECOND) if settings["limit"] else None,
         rate=settings["speed"] or 1.0,
+        real="://" not in settings["port"] and not settings["sim"] and settings["speed"] is None,
     )
 
 
@@ -120,9 +134,10 @@ def _text(route: str) -> str:
 
 
 def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callable[[], bool]) -> "Status":
+    from sonarlog.connection import Again
     from sonarlog.recorder import Recorder
     from sonarlog.recording import RecordingWriter
-    from sonarlog.transport import open_link
+    from sonarlog.transport import open_link, stable_name
 
     with RecordingWriter(
         settings["output"],
@@ -134,9 +149,15 @@ def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callabl
     ) as writer:
         recorder: Recorder | None = None
         try:
-            link = open_link(settings["port"], time.monotonic_ns, rate=plan.rate, baud=settings["baud"])
-            recorder = Recorder(link, writer, plan, wall_ns=time.monotonic_ns, report=line.show, tell=line.tell)
-            return recorder.run(stop)
+            start_ns = time.monotonic_ns()
+            port = stable_name(settings["port"])
+            call = partial(open_link, port, time.monotonic_ns, rate=plan.rate, baud=settings["baud"], start_ns=start_ns)
+            link = call()
+            again = None if link.waits else Again(call, time.sleep, settings["give_up"])
+            recorder = Recorder(
+                link, writer, plan, wall_ns=time.monotonic_ns, again=again, report=line.show, tell=line.tell
+            )
+            return recorder.run(lambda: stop() or line.lost)
         except Exception:
             if recorder is None or not recorder.heard:
                 writer.abandon()  # there is nothing in it
@@ -174,6 +195,7 @@ class _Line:
         self._quiet = quiet
         self._verbose = verbose
         self._live = sys.stderr.isatty()
+        self.lost = False  # the terminal is gone
         self._shown_s = time.monotonic()
         self._width = 0
 
@@ -181,7 +203,7 @@ class _Line:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        self._clear()
+        self.clear()
 
     def show(self, status: "Status") -> None:
         """How it is going, if it is time to say so."""
@@ -194,19 +216,27 @@ class _Line:
             f"{status.readings} readings, {status.bad_packets} bad packets{volts}"
         )
         if self._live:
-            self._clear()
-            click.echo(text, err=True, nl=False)
+            self.clear()
+            self.say(text, nl=False)
             self._width = len(text)
         else:
-            click.echo(text.strip(), err=True)
+            self.say(text.strip())
 
     def tell(self, event: "Event") -> None:
         """An event above the line: what went wrong always, the rest if asked for."""
         if self._verbose or (event.level != "info" and not self._quiet):
-            self._clear()
-            click.echo(f"{event.t_ns / 1e9:7.1f} s {event.text}", err=True)
+            self.clear()
+            self.say(f"{event.t_ns / 1e9:7.1f} s {event.text}")
 
-    def _clear(self) -> None:
+    def clear(self) -> None:
+        """Wipe the live line."""
         if self._width:
-            click.echo("\r" + " " * self._width + "\r", err=True, nl=False)
+            self.say("\r" + " " * self._width + "\r", nl=False)
             self._width = 0
+
+    def say(self, text: str, *, nl: bool = True) -> None:
+        """Say it, if anybody is there to hear."""
+        try:
+            click.echo(text, err=True, nl=nl)
+        except OSError:
+            self.lost = True

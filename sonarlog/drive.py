@@ -58,6 +58,8 @@ class Driver:
         self._path = 0.0  # metres driven
         self._still_sips = 0
         self._stalled = False
+        self._session: int | None = None
+        self._anew = False  # odometry has begun anew since this was looked at last
         self._said: tuple[int, int] | None = None
         self._said_ns = 0
         self._events: list[Event] = []
@@ -88,6 +90,8 @@ class Driver:
         still = moved < 0.002 and abs(here.heading_deg - self._here.heading_deg) < 0.15
         self._still_sips = self._still_sips + 1 if still else 0
         self._stalled |= sip.stalled
+        self._anew |= self._session is not None and sample.session != self._session
+        self._session = sample.session
         self._now_ns, self._here = sample.t_ns, here
         self._echoes.add(sample.readings)
         if self._scan_readings is not None:
@@ -126,12 +130,17 @@ class Driver:
         # A turn just before must not run into the scan: a stop of this length tells them apart.
         yield from self._rest(16 if self._turned_last else 3)
         way = 1 if self.sweeps % 2 == 0 else -1  # left and right by turns halves what odometry gets wrong
-        begin = self._here
-        self._event("info", f"sweep {self.sweeps} begins, turning {'left' if way > 0 else 'right'}")
-        self._scan_readings = []
-        stuck = yield from self._rotate(way * (360 + OVERLAP_DEG), self._scan_rate, brake=False)
-        yield from self._rest()
-        readings, self._scan_readings = self._scan_readings, None
+        while True:
+            self._anew, begin = False, self._here
+            self._event("info", f"sweep {self.sweeps} begins, turning {'left' if way > 0 else 'right'}")
+            readings: list[Reading] = []
+            self._scan_readings = readings
+            stuck = yield from self._rotate(way * (360 + OVERLAP_DEG), self._scan_rate, brake=False)
+            yield from self._rest()
+            self._scan_readings = None
+            if not self._anew:
+                break
+            self._event("warn", f"sweep {self.sweeps} is done again: odometry began anew in it")
         turned = abs(self._here.heading_deg - begin.heading_deg)
         self._walls, self._scanned_at = walls_of(readings, self._robot), self._here
         text = f"sweep {self.sweeps} ends after {turned:.0f}° with {len(readings)} readings"

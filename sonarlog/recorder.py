@@ -1,26 +1,48 @@
 """The recorder: the loop that owns the clock, between the line to the robot and the file.
 
 Every byte goes to `/wire` before anything is made of it. On every way out the robot is stopped and closed.
-Must not know: ports, terminals, signals (a function says when to stop).
+Must not know: ports, terminals, signals (a function says when to stop), disks (the scribe does).
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
-from sonarlog.decode import Sample, WireDecoder, true_pose
+from sonarlog.connection import Again, Connection
+from sonarlog.decode import Sample, WireDecoder
 from sonarlog.drive import Driver
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event
-from sonarlog.protocol.packets import ConfigPacket, SimStat, Sip, Sync
+from sonarlog.protocol.commands import Command, encode_command
+from sonarlog.protocol.packets import ConfigPacket, Sync
 from sonarlog.recording import RecordingWriter
 from sonarlog.robot import Robot, built_in, load_robot
 from sonarlog.route import Route
-from sonarlog.session import Identity, Session
-from sonarlog.transport import Link
+from sonarlog.scribe import HUNG_NS, Scribe, WriterHangs
+from sonarlog.session import Identity, NoAnswer, RobotSilent, Session
+from sonarlog.transcript import Transcript
+from sonarlog.transport import Link, LinkLost
 
 SECOND = 1_000_000_000
 POLL_S = 0.05  # how long a read may wait before it is looked whether anything else is due
+HOLD_NS = 2 * SECOND  # a disk so far behind, and the robot stands until it has caught up
 DEFAULT_ROBOT = "amigo-sh"
+
+
+class RouteHalted(SonarlogError):
+    """Someone or something has stopped the robot."""
+
+    def __init__(self, why: str, t_ns: int) -> None:
+        super().__init__(
+            f"the route is halted after {t_ns / SECOND:.1f} s: {why}; what was recorded up to there is kept"
+        )
+
+
+class SimulatorAnswers(SonarlogError):
+    """A simulator, where a robot was asked for."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"a simulator answers at this port ({name}), not a robot; if that is meant, say so with --sim")
 
 
 @dataclass(frozen=True)
@@ -40,7 +62,8 @@ class Status:
 class Plan:
     """What to record. `route` None: without moving. `robot` None: the one the robot says it is.
 
-    `rate`: how much faster than real time a simulator at the port runs; 1 for everything real.
+    `rate`: how much faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is
+    refused.
     """
 
     route: Route | None = None
@@ -48,6 +71,7 @@ class Plan:
     speed_mm_s: float = 300.0
     limit_ns: int | None = None
     rate: float = 1.0
+    real: bool = False
 
     @property
     def patience_ns(self) -> int:
@@ -65,25 +89,29 @@ class Recorder:
         plan: Plan,
         *,
         wall_ns: Callable[[], int],
+        again: Again | None = None,
         report: Callable[[Status], None] = lambda _status: None,
         tell: Callable[[Event], None] = lambda _event: None,
+        show: Callable[[Sample, Robot], None] = lambda _sample, _robot: None,
     ) -> None:
-        """`wall_ns`: a monotonic clock of real time, for flushing; `report` hears the status ten times a second of it,
-        `tell` every event at once.
+        """`wall_ns`: a monotonic clock of real time; `again`: how to come back to a lost robot. `report` hears the
+        status ten times a second, `tell` every event at once, `show` every packet of a known robot; none may wait.
         """
-        self._link = link
-        self._writer = writer
         self._plan = plan
         self._wall_ns = wall_ns
         self._report = report
         self._tell = tell
+        self._show = show
         self._robot = plan.robot or load_robot(DEFAULT_ROBOT)
         self._decoder = WireDecoder(self._robot)
         self._session = Session(drive=plan.route is not None, patience_ns=plan.patience_ns)
+        self._connection = Connection(link, self._session, wall_ns, again)
+        self._scribe = Scribe(writer, wall_ns, waits=link.waits)
+        self._transcript = Transcript(writer, self._scribe)
         self._driver: Driver | None = None
         self._identified: Identity | None = None
+        self._held = False
         self._bad_told = 0
-        self._volts: float | None = None
         self._reported = (0, 0)  # robot time and SIPs at the last status
 
     @property
@@ -94,48 +122,80 @@ class Recorder:
     def run(self, stop: Callable[[], bool]) -> Status:
         """Record until the route is done, the limit is reached or `stop` says so; the last status.
 
-        Raises NoAnswer, RobotSilent, LinkLost, CannotWrite; the robot is stopped first wherever it can be reached.
+        Raises NoAnswer, RobotSilent, LinkLost, RouteHalted, SimulatorAnswers, CannotWrite, WriterHangs; the robot is
+        stopped first wherever it can be reached.
         """
         try:
+            self._event(Event(self._now_ns(), "info", "the recording begins"))
             self._loop(stop)
         finally:
             self._leave()
+        self._scribe.close()
         return self.status()
 
     def status(self) -> Status:
         """How it is going."""
-        now_ns, counts = self._link.now_ns(), self._decoder.counts
+        now_ns, counts = self._now_ns(), self._decoder.counts
         before_ns, sips_before = self._reported
         rate = (counts["sips"] - sips_before) * SECOND / max(1, now_ns - before_ns)
         sweeps = self._driver.sweeps if self._driver else 0
-        return Status(now_ns, counts["sips"], rate, sweeps, counts["readings"], counts["bad_packets"], self._volts)
+        volts = self._transcript.volts
+        return Status(now_ns, counts["sips"], rate, sweeps, counts["readings"], counts["bad_packets"], volts)
+
+    def _now_ns(self) -> int:
+        return self._connection.link.now_ns()
 
     def _loop(self, stop: Callable[[], bool]) -> None:
-        flushed_ns = reported_ns = self._wall_ns()
+        reported_ns = self._wall_ns()
         while not stop() and not (self._driver and self._driver.finished):
-            self._receive()
-            now_ns = self._link.now_ns()
-            if self._plan.limit_ns is not None and now_ns >= self._plan.limit_ns:
-                self._event(Event(now_ns, "info", "the time is up"))
+            if self._plan.limit_ns is not None and self._now_ns() >= self._plan.limit_ns:
+                self._event(Event(self._now_ns(), "info", "the time is up"))
                 return
-            self._transmit(self._session.send(now_ns))
-            self._pass_on(self._session.take_events())
+            try:
+                self._turn()
+            except (LinkLost, RobotSilent, NoAnswer) as error:
+                self._pass_on(self._connection.take_events())
+                try:
+                    self._connection.recover(error, stop)
+                finally:
+                    self._pass_on(self._connection.take_events())
+            self._watch_disk()
             wall_ns = self._wall_ns()
-            if wall_ns - flushed_ns >= SECOND:
-                # A disk takes some 20 ms to be sure: nothing to a robot, a second to a simulator at 50 times its speed.
-                self._writer.flush(fsync=self._plan.rate <= 1)
-                flushed_ns = wall_ns
             if wall_ns - reported_ns >= SECOND // 10:
                 status = self.status()
                 self._report(status)
                 self._reported, reported_ns = (status.t_ns, status.sips), wall_ns
 
+    def _turn(self) -> None:
+        """Once round: what has come, then what has to go."""
+        self._receive()
+        self._connection.note_open()
+        self._transmit(self._session.send(self._now_ns()))
+        if sent := self._connection.change_baud(robot_is_real=self._plan.rate == 1):
+            self._transcript.wire(self._now_ns(), "tx", sent)
+        self._pass_on(self._connection.take_events())
+        if self._session.halted:
+            raise RouteHalted(self._session.halted, self._now_ns())
+
+    def _watch_disk(self) -> None:
+        """The robot stands while the disk is behind: what it would do meanwhile might be lost."""
+        behind_ns = self._scribe.behind_ns()
+        if behind_ns > HUNG_NS:
+            raise WriterHangs(behind_ns / SECOND)
+        if behind_ns > HOLD_NS and not self._held:
+            self._held = True
+            self._transmit(encode_command(Command.STOP))
+            self._event(Event(self._now_ns(), "error", "the disk does not keep up: the robot stands until it does"))
+        elif self._held and behind_ns < HOLD_NS // 4:
+            self._held = False
+            self._event(Event(self._now_ns(), "warn", "the disk has caught up"))
+
     def _receive(self) -> None:
-        data = self._link.read(POLL_S)
+        data = self._connection.link.read(POLL_S)
         if not data:
             return
-        t_ns = self._link.now_ns()
-        self._writer.wire(t_ns, "rx", data)
+        t_ns = self._now_ns()
+        self._transcript.wire(t_ns, "rx", data)
         for sample in self._decoder.feed(t_ns, data):
             self._take(sample)
         bad = self._decoder.counts["bad_packets"]
@@ -149,46 +209,33 @@ class Recorder:
             self._event(Event(sample.t_ns, "warn", sample.note))
         if isinstance(sample.packet, Sync | ConfigPacket):
             self._identify(sample.t_ns)
-        elif isinstance(sample.packet, SimStat):
-            self._writer.truth(sample.t_ns, *true_pose(sample.packet))
-        elif isinstance(sample.packet, Sip) and self._identified:
-            self._record_sip(sample, sample.packet)
-            if self._driver and self._session.ready:
-                self._transmit(self._driver.step(sample))
-                self._pass_on(self._driver.take_events())
-
-    def _record_sip(self, sample: Sample, sip: Sip) -> None:
-        assert sample.pose is not None
-        wheels = self._robot.velocity_mm_s_per_unit
-        turn_rate = sip.extra("turn_rate")
-        self._writer.odometry(
-            sample.t_ns,
-            *sample.pose,
-            (sip.left + sip.right) / 2 * wheels,
-            (turn_rate or 0) / 10 * 0.017453292519943295,
-        )
-        for reading in sample.readings:
-            self._writer.reading(reading.t_ns, reading.sonar, reading.range_mm)
-        if sample.readings:
-            self._writer.points(sample.t_ns, sample.readings)
-        tenths = sip.extra("battery_x10")
-        self._volts = (tenths if tenths else sip.battery) / 10
-        self._writer.battery(sample.t_ns, self._volts)
+        self._transcript.sample(sample)
+        if self._identified:
+            self._show(sample, self._robot)
+        if self._driver and self._session.ready and not self._held and sample.pose is not None:
+            self._transmit(self._driver.step(sample))
+            self._pass_on(self._driver.take_events())
 
     def _identify(self, t_ns: int) -> None:
         """Write down who the robot is, once its name is known, and again with what its CONFIG packet adds."""
         identity = self._session.identity
         if identity is None:
             return
+        config = self._session.config
+        serial = str(config.get("serial") or "") if config else ""
+        if self._plan.real and (identity.any_simulator or serial == "SIM"):
+            raise SimulatorAnswers(identity.name or serial)
         known = {"name": identity.name, "class": identity.robot_class, "subclass": identity.subclass}
         if identity != self._identified:
+            if self._identified is not None:
+                self._event(Event(t_ns, "warn", f"another robot answers than before: {identity.name}"))
             self._choose_robot(t_ns, identity)
             self._surfaces(identity)
-        elif self._session.config is None:
+        elif config is None:
             return
-        if self._session.config is not None:
-            known |= {key: str(self._session.config.get(key) or "") for key in ("serial", "version")}
-        self._writer.identity(known, self._robot)
+        if config is not None:
+            known |= {"serial": serial, "version": str(config.get("version") or "")}
+        self._transcript.identity(known, self._robot)
         self._identified = identity
 
     def _choose_robot(self, t_ns: int, identity: Identity) -> None:
@@ -203,39 +250,41 @@ class Recorder:
 
     def _surfaces(self, identity: Identity) -> None:
         """The true surfaces, where our own simulator says that it is in a world we have."""
-        if identity.world is not None:
+        if identity.world is not None and self._identified is None:
             from sonarlog.sim import world
 
             if identity.world in world.built_in():
-                self._writer.surfaces(world.load_world(identity.world).surfaces())
+                self._transcript.surfaces(world.load_world(identity.world).surfaces())
 
     def _transmit(self, data: bytes) -> None:
         if data:
-            t_ns = self._link.now_ns()
-            self._link.write(data)
-            self._writer.wire(t_ns, "tx", data)
+            t_ns = self._now_ns()
+            self._connection.link.write(data)
+            self._transcript.wire(t_ns, "tx", data)
 
     def _pass_on(self, events: list[Event]) -> None:
         for event in events:
             self._event(event)
 
     def _event(self, event: Event) -> None:
-        self._writer.event(event.t_ns, event.level, event.text)
+        self._transcript.event(event)
         self._tell(event)
 
     def _leave(self) -> None:
         """Stop and close the robot, whatever the file says; keep what it still sends if the file takes it."""
-        goodbye = self._session.leave()
+        link, goodbye = self._connection.link, self._session.leave()
         try:
-            self._link.write(goodbye)
-            t_ns = self._link.now_ns()
+            link.write(goodbye)
+            t_ns = link.now_ns()
             if goodbye:
-                self._writer.wire(t_ns, "tx", goodbye)
-                self._writer.event(t_ns, "info", "the robot is stopped and closed")
-            while self._link.now_ns() - t_ns < self._plan.patience_ns // 5:
-                if data := self._link.read(POLL_S):
-                    self._writer.wire(self._link.now_ns(), "rx", data)
-        except (SonarlogError, ValueError):
+                self._transcript.wire(t_ns, "tx", goodbye)
+                self._transcript.event(Event(t_ns, "info", "the robot is stopped and closed"))
+            while link.now_ns() - t_ns < self._plan.patience_ns // 5:
+                if data := link.read(POLL_S):
+                    self._transcript.wire(link.now_ns(), "rx", data)
+        except SonarlogError:
             pass  # the line is gone, or the file has failed, and refuses everything from then on
         finally:
-            self._link.close()
+            link.close()
+            with suppress(SonarlogError):  # after an error it is the error that counts
+                self._scribe.close()

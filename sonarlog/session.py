@@ -9,14 +9,17 @@ from enum import Enum
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event
 from sonarlog.protocol.commands import SYNC0, Command, encode_command
-from sonarlog.protocol.packets import MOTORS, STOP_BUTTON, ConfigPacket, Packet, Reset, SimStat, Sip, Sync
+from sonarlog.protocol.packets import MOTORS, ConfigPacket, Packet, Reset, SimStat, Sip, Sync
+from sonarlog.safety import Guard
 
 SECOND = 1_000_000_000
 PULSE_EVERY_NS = SECOND // 2  # the robot's watchdog stops it after 2 s
 REPEAT_NS = SECOND // 2  # commands are never acknowledged: what shows no effect is said again
 TRIES = 6
+LOST_AFTER = 5  # so many times its patience without a SIP, and the robot is given up
 OURS = "sonarlog-sim"
-"""The NAME our own simulator answers with (then the world's); only simulators are asked for the truth."""
+"""The NAME our own simulator answers with (then the world's); only it is asked for the truth."""
+SIMULATORS = (OURS, "MobileSim", "AMRISim", "Stage")
 
 
 class NoAnswer(SonarlogError):
@@ -35,9 +38,7 @@ class RobotSilent(SonarlogError):
     """The robot was there, and stopped answering."""
 
     def __init__(self, silence_s: float) -> None:
-        super().__init__(
-            f"the robot has sent nothing for {silence_s:.0f} s: the recording ends here; check cable and battery"
-        )
+        super().__init__(f"the robot has sent nothing for {silence_s:.0f} s; check cable and battery")
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,11 @@ class Identity:
         """It is our own simulator."""
         return self.name.startswith(OURS)
 
+    @property
+    def any_simulator(self) -> bool:
+        """It is a simulator, ours or another known one."""
+        return self.name.startswith(SIMULATORS)
+
 
 class Stage(Enum):
     """How far the session is; SYNC0 to SYNC2 carry their command number."""
@@ -74,28 +80,41 @@ class Session:
     """Says when to send what.
 
     `drive` asks for the motors. `patience_ns`: how long to wait for an answer, in robot time; so long without a SIP
-    the robot is told to stop, and eight times so long it is given up.
+    the robot is told to stop, and five times so long it is given up. `halted` says why it may drive no more.
     """
 
     def __init__(self, *, drive: bool, patience_ns: int = SECOND) -> None:
+        self.halted = ""
+        self._drive = drive
+        self._patience_ns = patience_ns
+        self._told: set[str] = set()
+        self._events: list[Event] = []
+        self.restart(0)
+
+    def restart(self, now_ns: int, tries: int = TRIES) -> None:
+        """Begin with the handshake again: another line, or another baud rate. What was told once stays told."""
         self.identity: Identity | None = None
         self.config: ConfigPacket | None = None
         self.motors = False
         self.stage = Stage.SYNC0
-        self._drive = drive
-        self._patience_ns = patience_ns
+        self._guard = Guard()
+        self._most_tries = tries
         self._tries = 0  # of one step of the handshake
         self._cleared = 0  # how often a robot still open was closed
         self._heard = 0  # packets
-        self._next_ns = 0  # when to try again
-        self._drained_ns = 0  # SIPs before are from a session just closed
+        self._next_ns = now_ns  # when to try again
+        self._asked_ns = now_ns  # when `send` was called last
+        self._drained_ns = now_ns  # SIPs before are from a session just closed
         self._due_ns = dict.fromkeys(("pulse", "config", "sonar", "enable", "truth"), 0)
         self._asked_config = 0
         self._sip_ns = 0  # when the last SIP came
         self._sonar_ns = 0  # when a SIP with readings came last
         self._silent = False
-        self._told: set[str] = set()
-        self._events: list[Event] = []
+
+    @property
+    def heard_ns(self) -> int:
+        """When the last SIP came."""
+        return self._sip_ns
 
     @property
     def open(self) -> bool:
@@ -105,7 +124,7 @@ class Session:
     @property
     def ready(self) -> bool:
         """The robot can be driven: SIPs flow and its motors are on."""
-        return self.open and self.motors and not self._silent
+        return self.open and self.motors and not self._silent and not self.halted
 
     def take_events(self) -> list[Event]:
         """What happened since this was asked last."""
@@ -132,11 +151,12 @@ class Session:
 
     def send(self, now_ns: int) -> bytes:
         """What has to be sent by now, often nothing. Raises NoAnswer, RobotSilent."""
+        pause_ns, self._asked_ns = now_ns - self._asked_ns, now_ns
         if self.stage is Stage.OPEN:
-            return self._keep_up(now_ns)
+            return self._after_a_pause(now_ns, pause_ns) + self._keep_up(now_ns)
         if now_ns < self._next_ns:
             return b""
-        if self._tries >= TRIES or self._cleared >= TRIES:
+        if self._tries >= self._most_tries or self._cleared >= TRIES:
             raise NoAnswer(self._heard, self.stage is Stage.OPENING)
         self._tries += 1
         self._next_ns = now_ns + self._patience_ns
@@ -192,15 +212,23 @@ class Session:
             self._sonar_ns = t_ns
 
     def _note_motors(self, t_ns: int, sip: Sip) -> None:
-        motors = bool(sip.flags & MOTORS)
-        if self._drive and self.motors and not motors:
-            why = "its STOP button was pressed" if sip.flags & STOP_BUTTON else "stalled or stopped by hand"
-            self._event(t_ns, "warn", f"the motors went off ({why})")
-        self.motors = motors
+        if self._drive and not self.halted and (why := self._guard.halts(sip)):
+            self.halted = why
+            self._event(t_ns, "error", f"the route is halted: {why}")
+        self.motors = bool(sip.flags & MOTORS)
+
+    def _after_a_pause(self, now_ns: int, pause_ns: int) -> bytes:
+        """STOP, where this program itself did not run for so long that the robot's watchdog has stopped it."""
+        if pause_ns <= self._patience_ns:
+            return b""
+        self._event(
+            now_ns, "warn", f"the recorder was held up for {pause_ns / SECOND:.1f} s: the robot is told to stop"
+        )
+        return encode_command(Command.STOP)
 
     def _keep_up(self, now_ns: int) -> bytes:
         silence_ns = now_ns - self._sip_ns
-        if silence_ns > 8 * self._patience_ns:
+        if silence_ns > LOST_AFTER * self._patience_ns:
             raise RobotSilent(silence_ns / SECOND)
         if silence_ns > self._patience_ns and not self._silent:
             self._silent = True
@@ -212,10 +240,12 @@ class Session:
         if self.config is None and self._asked_config < 3 and self._due("config", now_ns, REPEAT_NS):
             self._asked_config += 1
             out += encode_command(Command.CONFIG, 1)
+        elif self.config is None and self._asked_config == 3 and now_ns >= self._due_ns["config"]:
+            self._event_once(now_ns, "warn", "no CONFIG packet passed its checksum: going on without one")
         if self._sip_ns - self._sonar_ns > SECOND // 2 and self._due("sonar", now_ns, REPEAT_NS):
             self._event_once(now_ns, "warn", "the sonars are off: switching them on")
             out += encode_command(Command.SONAR, 1)
-        if self._drive and not self.motors and self._due("enable", now_ns, REPEAT_NS):
+        if self._drive and not self.halted and not self.motors and self._due("enable", now_ns, REPEAT_NS):
             out += encode_command(Command.STOP) + encode_command(Command.ENABLE, 1)
         if self.identity is not None and self.identity.simulated and self._due("truth", now_ns, SECOND):
             out += encode_command(Command.SIM_STAT, 2)

@@ -7,22 +7,37 @@ import contextlib
 import errno
 import os
 import socket
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Protocol
 
 from sonarlog.errors import SonarlogError
 
 CHUNK = 4096
+BY_ID = Path("/dev/serial/by-id")
+SETTLE_S = 0.02  # between the last byte at one baud rate and the first at another
 
 
 class Link(Protocol):
     """A line to a robot. Times are the robot's: a simulator may run faster than the clock on the wall."""
+
+    @property
+    def waits(self) -> bool:
+        """Whether the robot's time stands still while nobody reads: then nothing is lost by being slow."""
 
     def read(self, timeout_s: float) -> bytes:
         """What has come, as soon as anything has; nothing once the timeout has passed. Raises LinkLost."""
 
     def write(self, data: bytes) -> None:
         """Send. Raises LinkLost."""
+
+    @property
+    def baud(self) -> int | None:
+        """The rate in use; None where a line has none."""
+
+    def set_baud(self, baud: int) -> None:
+        """Go on at that rate once everything is sent; for lines that have one. Raises LinkLost."""
 
     def close(self) -> None:
         """Let the line go; a second time does nothing."""
@@ -64,7 +79,9 @@ def _why(error: Exception) -> str:
 class SerialLink:
     """Any port pyserial knows: a device, `socket://host:port`, `rfc2217://…`."""
 
-    def __init__(self, url: str, baud: int, clock_ns: Callable[[], int], rate: float) -> None:
+    waits = False
+
+    def __init__(self, url: str, baud: int, clock_ns: Callable[[], int], rate: float, start_ns: int | None) -> None:
         import serial
 
         self._url = url
@@ -81,7 +98,7 @@ class SerialLink:
             self._port.set_low_latency_mode(True)  # else USB adapters hand over bytes every 16 ms
         if url.startswith("socket://"):
             self._send_at_once()
-        self._start_ns = clock_ns()
+        self._start_ns = clock_ns() if start_ns is None else start_ns
 
     def _send_at_once(self) -> None:
         with socket.socket(fileno=os.dup(self._port.fileno())) as shared:
@@ -106,19 +123,46 @@ class SerialLink:
         except self._lost as error:
             raise LinkLost(self._url, error) from None
 
+    @property
+    def baud(self) -> int | None:
+        """A device's; TCP has none."""
+        return None if "://" in self._url else int(self._port.baudrate)
+
+    def set_baud(self, baud: int) -> None:
+        """Drain, let the robot change too, change."""
+        try:
+            self._port.flush()
+            time.sleep(SETTLE_S)
+            self._port.baudrate = baud
+        except self._lost as error:
+            raise LinkLost(self._url, error) from None
+
     def close(self) -> None:
         """Close the port."""
-        self._port.close()
+        with contextlib.suppress(*self._lost):
+            self._port.close()
 
     def now_ns(self) -> int:
         """The given clock since opening, times the rate."""
         return int((self._clock_ns() - self._start_ns) * self._rate)
 
 
-def open_link(url: str, clock_ns: Callable[[], int], *, rate: float = 1.0, baud: int = 9600) -> Link:
+def stable_name(url: str, by_id: Path = BY_ID) -> str:
+    """The name of that device that stays the same when it is plugged in again, where udev gives it one."""
+    if "://" in url or not by_id.is_dir():
+        return url
+    device = os.path.realpath(url)
+    names = sorted(str(name) for name in by_id.iterdir() if os.path.realpath(name) == device)
+    return names[0] if names else url
+
+
+def open_link(
+    url: str, clock_ns: Callable[[], int], *, rate: float = 1.0, baud: int = 9600, start_ns: int | None = None
+) -> Link:
     """The line to the robot at a pyserial URL, or to the embedded robot at `sim://WORLD?seed=1&speed=10`.
 
     `clock_ns` is a monotonic clock; `rate` says how much faster than it the robot at the port lives (a simulator may).
+    `start_ns`: what that clock said when the line was opened first, if this is not the first time.
     The embedded robot brings its own time. Raises PortNotOpened, and whatever the simulator finds wrong with its URL.
     """
     if url.startswith("sim://"):
@@ -126,4 +170,4 @@ def open_link(url: str, clock_ns: Callable[[], int], *, rate: float = 1.0, baud:
 
         link: Link = open_sim(url)
         return link
-    return SerialLink(url, baud, clock_ns, rate)
+    return SerialLink(url, baud, clock_ns, rate, start_ns)

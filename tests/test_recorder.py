@@ -61,7 +61,8 @@ def test_the_same_seed_records_the_same_bytes_with_all_that_is_known(tmp_path: P
     assert log.truth is not None
     assert len(log.truth.t_ns) >= len(log.odometry.t_ns) - 10
     texts = [event.text for event in log.events]
-    assert texts[0] == "connected to sonarlog-sim/corridor, Pioneer amigo-sh"
+    assert texts[0] == "the recording begins"
+    assert texts[1] == "connected to sonarlog-sim/corridor, Pioneer amigo-sh"
     assert next(text for text in texts if text.startswith("sweep 1")) == "sweep 1 begins, turning right"
     assert texts[-1] == "the robot is stopped and closed"
     identity = open_recording(tmp_path / "a.mcap").metadata["robot"]
@@ -143,6 +144,7 @@ class Noisy:
     def __init__(self, link: Link) -> None:
         self._link = link
         self._chunks = 0
+        self.waits, self.baud, self.set_baud = link.waits, link.baud, link.set_baud
         self.write, self.close, self.now_ns = link.write, link.close, link.now_ns
 
     def read(self, timeout_s: float) -> bytes:

@@ -74,6 +74,9 @@ def parse_url(url: str) -> Simulation:
 class SimLink:
     """A line to the embedded robot: the methods of `sonarlog.transport.Link`."""
 
+    waits = True
+    baud = None
+
     def __init__(
         self,
         robot: AmigoBot,
@@ -100,6 +103,9 @@ class SimLink:
     def write(self, data: bytes) -> None:
         """Taken at once: the robot acts on it in its next tick."""
         self.robot.write(data)
+
+    def set_baud(self, baud: int) -> None:
+        """There is none to set."""
 
     def close(self) -> None:
         """The client is gone; a robot that was left open stops."""
