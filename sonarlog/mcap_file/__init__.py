@@ -1,0 +1,17 @@
+"""MCAP files, written whole or not at all and read with every checksum on: the only door to the `mcap` library."""
+
+from sonarlog.mcap_file.reader import MAGIC, CannotRead, McapMessage, McapReader, NotMcap, StoredFile
+from sonarlog.mcap_file.writer import CannotWrite, McapWriter, OutputExists, partial_path
+
+__all__ = [
+    "MAGIC",
+    "CannotRead",
+    "CannotWrite",
+    "McapMessage",
+    "McapReader",
+    "McapWriter",
+    "NotMcap",
+    "OutputExists",
+    "StoredFile",
+    "partial_path",
+]
