@@ -64,15 +64,15 @@ def replay(
     sweeps = sweeps_of(log, recording, cutting)
     counts = used_and_left_out(log, sweeps)
     identity = identify(recording_digest(recording), algorithm)
-    result = RunDigest(identity)
+    result = RunDigest(identity.asked())
     if watcher:
         watcher.begin(log, len(sweeps.sweeps))
-    with RunWriter(output, identity, force=force) if output else nullcontext() as writer:
+    with RunWriter(output, identity, recording=recording, force=force) if output else nullcontext() as writer:
         for step in replay_sweeps(log, sweeps, algorithm):
             digests = result.add(step)
             truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))
             if writer:
-                writer.add(step, digests, result.chain, truth)
+                writer.add(step, digests, result, truth)
             if watcher:
                 watcher.step(step, truth)
         if writer:

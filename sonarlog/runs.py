@@ -6,7 +6,7 @@ What must be equal on every machine stands in the metadata `run`, facts about th
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,7 @@ from slam.config import settings
 from slam.geometry import Pose
 from slam.grid import Grid, Patch
 from slam.pipeline import Step
+from sonarlog.canonical import joined, parted
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Surfaces, Truth
@@ -32,6 +33,8 @@ SURFACES = "surfaces.json"
 VERSION = 1
 """Of the run file; a reader refuses newer ones by name."""
 
+BLOCKS_TOPIC = "/blocks"
+BLOCKS_SCHEMA = "Canonical bytes of what each block made of the sweep, by letter: see docs/determinism.md"
 STEP_SCHEMA = json.dumps({"type": "object", "title": "sonarlog step", "description": "see docs/runs.md"})
 
 
@@ -49,10 +52,22 @@ class RunIdentity:
     config: dict[str, Any]
     code_digest: str
 
+    def asked(self) -> dict[str, Any]:
+        """What the run's digest begins with: all but the code, for other code may well compute the same."""
+        return {
+            "recording": self.recording_digest,
+            "algorithm": self.algorithm,
+            "algorithm_version": self.algorithm_version,
+            "config": self.config,
+        }
+
 
 @dataclass(frozen=True)
 class SweepResult:
-    """One sweep of a run; `digests` by block letter, `chain` the digest of everything up to here, `data` all values."""
+    """One sweep of a run; `digests` by block letter and of the map, `chain` that of everything up to here.
+
+    `data` holds what people ask for; every value of every block is in `read_blocks`.
+    """
 
     index: int
     t_ns: int
@@ -105,19 +120,28 @@ class RunWriter:
     Raises what `McapWriter` raises.
     """
 
-    def __init__(self, path: Path | str, identity: RunIdentity, *, force: bool = False) -> None:
+    def __init__(
+        self, path: Path | str, identity: RunIdentity, *, recording: Path | str = "", force: bool = False
+    ) -> None:
+        """`recording` is where the recording was found: a fact about this machine, kept for `verify`."""
         self._identity = identity
+        self._recording = str(recording)
         self._writer = McapWriter(path, force=force)
         self._topics = RunTopics(self._writer)
         self._steps = self._writer.channel("/step", "sonarlog.Step", STEP_SCHEMA, encoding="json")
+        self._blocks = self._writer.channel(BLOCKS_TOPIC, "sonarlog.Blocks", BLOCKS_SCHEMA, encoding="canonical")
         self._count = 0
 
-    def add(self, step: Step, digests: Mapping[str, str], chain: str, truth: Pose | None = None) -> None:
-        """Write what the step shows, its values and its digests; `truth` is where the robot really was."""
+    def add(self, step: Step, digests: Mapping[str, str], result: RunDigest, truth: Pose | None = None) -> None:
+        """Write what the step shows, its values and its digests, which `result` just made.
+
+        `truth` is where the robot really was.
+        """
         data = step_data(step, self._count)
-        record = {**data, "truth": truth and pose_data(truth), "digests": dict(digests), "chain": chain}
+        record = {**data, "truth": truth and pose_data(truth), "digests": dict(digests), "chain": result.chain}
         self._writer.write(self._steps, data["t_ns"], json.dumps(record, allow_nan=False).encode())
-        self._topics.add(step, self._count, chain)
+        self._writer.write(self._blocks, data["t_ns"], joined(result.blocks))
+        self._topics.add(step, self._count, result.chain)
         self._count += 1
 
     def finish(self, result: RunDigest, grid: Grid, counts: Mapping[str, int], surfaces: Surfaces | None) -> None:
@@ -134,7 +158,7 @@ class RunWriter:
         if surfaces is not None:
             self._writer.attachment(SURFACES, "application/json", surfaces.to_json())
         self._writer.metadata("run", run)
-        self._writer.metadata("machine", machine_facts())
+        self._writer.metadata("machine", machine_facts() | {"recording": self._recording})
 
     def _write_grid(self, grid: Grid) -> None:
         cells, left, bottom = grid.dense()
@@ -182,6 +206,15 @@ def read_run(path: Path | str) -> Run:
         grid=_grid(reader),
         surfaces=Surfaces.from_json(surfaces.data) if surfaces else None,
     )
+
+
+def read_blocks(path: Path | str) -> Iterator[dict[str, bytes]]:
+    """The canonical bytes of what each block made, by letter, sweep after sweep; nothing from runs that keep none.
+
+    Raises what `read_run` raises.
+    """
+    for message in McapReader(path).stream([BLOCKS_TOPIC]):
+        yield parted(message.data)
 
 
 def _sweep_result(record: dict[str, Any]) -> SweepResult:

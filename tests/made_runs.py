@@ -45,9 +45,9 @@ def made_run(
     """A run of these sweeps with some settings changed."""
     chosen = algorithm(name).configured(changes)
     identity = identify(recording, chosen)
-    result = RunDigest(identity)
+    result = RunDigest(identity.asked())
     with RunWriter(path, identity) as writer:
         for step, true in zip(pipeline.run(sweeps, RING, chosen), TRUE, strict=False):
-            writer.add(step, result.add(step), result.chain, true if truth else None)
+            writer.add(step, result.add(step), result, true if truth else None)
         writer.finish(result, step.state.grid, {}, SURFACES if truth else None)
     return read_run(path)
