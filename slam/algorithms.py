@@ -55,7 +55,8 @@ ALGORITHMS = {
             1,
             "the paper's blocks, but only strong RCDs are walls, points are told from walls, and shifts have a price",
             search,
-            Config(),
+            # A search in whole degrees and 5 cm cells leaves half of each; from station to station they add up.
+            Config(localisation=LocalisationConfig(angle_step_deg=0.5, window=51, cell_m=0.01)),
         ),
     )
 }
