@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
-from slam.association import Chains, Member
+from slam.association import OPEN, POINT, WALL, Chains, Member
 from slam.dmath import DEGREE
 from slam.geometry import Pose, Segment
 from slam.grid import Grid, Patch
@@ -39,6 +39,7 @@ class MapConfig:
     alone_free: int = 2
     alone_margin_m: float = 0.40
     link_gap_m: float = 1.2
+    open_m: float = 2.0  # farther than this, what may be a point is drawn as one
     beyond_m: float = 2.0  # how far past the ends of what was seen a wall still stops a beam
     body_radius_m: float = 0.16
     beam_core_deg: float = 4.0
@@ -61,15 +62,15 @@ def extend_map(
     members = _links(chains, poses, config)
     canvas = Canvas(_extent(calibrated, posed, members), config.cell_m, 0.5)
     _free_body(canvas, poses, config)
-    for segment in posed.rcds:
-        canvas.clear([here, _before(here, segment.start, canvas), _before(here, segment.end, canvas)], config.fan)
     _add_alone(canvas, calibrated, reliability, posed, config)
+    solid = _solid(posed, chains, config)
     for k, segment in enumerate(posed.rcds):
-        sharpened = config.near * int(
-            np.count_nonzero((reliability.rcd_of == k) & (reliability.reading_class == NEAR_RCD))
-        )
-        base = config.wall if segment in posed.walls else config.narrow
-        start, end = (segment.start, segment.end) if segment in posed.walls else _foot(segment, config.cell_m)
+        near = (reliability.rcd_of == k) & (reliability.reading_class == NEAR_RCD)
+        sharpened = config.near * int(np.count_nonzero(near))
+        is_wall = segment in solid
+        base = config.wall if is_wall else config.narrow
+        start, end = clipped(segment, here, solid) if is_wall else _foot(segment, config.cell_m)
+        canvas.clear([here, _before(here, start, canvas), _before(here, end, canvas)], config.fan)
         canvas.mark(start, end, base + min(sharpened, base // 2))
     for corner in posed.corners:
         canvas.mark(corner, corner, config.narrow)
@@ -77,6 +78,24 @@ def extend_map(
         _add_link(canvas, grid, member, newest, poses, config)
     patch = canvas.patch()
     return grid.extended(patch), patch
+
+
+def _solid(posed: Posed, chains: Chains, config: MapConfig) -> tuple[Segment, ...]:
+    """The sweep's walls that are drawn at full length: not points, and not what is far and not told from a point."""
+    if not posed.walls:
+        return ()
+    natures = [member.nature for member in chains.members[-len(posed.walls) :]]
+    here = (posed.pose.x, posed.pose.y)
+
+    def far(wall: Segment) -> bool:
+        sine, cosine = dmath.sincos(wall.alpha)
+        return wall.rho - (cosine * here[0] + sine * here[1]) > config.open_m
+
+    return tuple(
+        wall
+        for wall, nature in zip(posed.walls, natures, strict=True)
+        if nature == WALL or (nature == OPEN and not far(wall))
+    )
 
 
 def _links(chains: Chains, poses: tuple[Pose, ...], config: MapConfig) -> list[tuple[Member, Member]]:
@@ -93,7 +112,7 @@ def _links(chains: Chains, poses: tuple[Pose, ...], config: MapConfig) -> list[t
         before: tuple[float, Member] | None = None
         after: tuple[float, Member] | None = None
         for older in chains.of(newest.chain):
-            if older.sweep == now:
+            if older.sweep == now or POINT in (older.nature, newest.nature):
                 continue
             start, end = sorted((along(older.segment.start), along(older.segment.end)))
             if end < low and (before is None or low - end < before[0]):
@@ -131,6 +150,32 @@ def _before(here: Point, point: Point, canvas: Canvas) -> Point:
     return (here[0] + part * (point[0] - here[0]), here[1] + part * (point[1] - here[1]))
 
 
+def clipped(wall: Segment, here: Point, others: tuple[Segment, ...]) -> tuple[Point, Point]:
+    """The wall's ends, drawn in to where it meets the lines of others: what lies behind those was not seen.
+
+    The part that holds the foot point stays, for that is what answered.
+    """
+    sine, cosine = dmath.sincos(wall.alpha)
+    off = wall.rho - (cosine * here[0] + sine * here[1])
+    foot = (here[0] + off * cosine, here[1] + off * sine)
+    ends = [wall.start, wall.end]
+    for other in others:
+        other_sine, other_cosine = dmath.sincos(other.alpha)
+
+        def behind(point: Point, s: float = other_sine, c: float = other_cosine, rho: float = other.rho) -> float:
+            return c * point[0] + s * point[1] - rho
+
+        inside = behind(foot)
+        if inside >= 0.0:
+            continue
+        for k, end in enumerate(ends):
+            past = behind(end)
+            if past > 0.0:
+                part = inside / (inside - past)
+                ends[k] = (foot[0] + part * (end[0] - foot[0]), foot[1] + part * (end[1] - foot[1]))
+    return ends[0], ends[1]
+
+
 def _foot(segment: Segment, cell_m: float) -> tuple[Point, Point]:
     """A cell's width around the middle of what a narrow thing would be as a wall."""
     sine, cosine = dmath.sincos(segment.alpha)
@@ -157,9 +202,7 @@ def _add_alone(
         core = max(0.0, reach - config.alone_margin_m)
         canvas.clear([origin, *((origin[0] + core * c, origin[1] + core * s) for c, s in sides)], config.alone_free)
         ends = [(origin[0] + reach * c, origin[1] + reach * s) for c, s in sides]
-        rows, columns = canvas.cells_along(ends[0], ends[1])
-        once = np.unique(rows * canvas.width + columns)
-        canvas.occupied.reshape(-1)[once] += config.alone
+        canvas.hint(ends[0], ends[1], config.alone)
 
 
 def crosses(start: Point, end: Point, wall: Segment, beyond: float) -> bool:

@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 
 class Canvas:
-    """A rectangle of cells around what will be painted; free and occupied evidence are kept apart."""
+    """A rectangle of cells around what will be painted: free and occupied evidence, and hints too weak to be either."""
 
     def __init__(self, points: Floats, cell_m: float, margin_m: float) -> None:
         """Large enough for all points (n, 2) in metres and a margin."""
@@ -22,6 +22,7 @@ class Canvas:
         self.width, self.height = int(high[0] - low[0]), int(high[1] - low[1])
         self.free: Cells = np.zeros((self.height, self.width), dtype=np.int16)
         self.occupied: Cells = np.zeros((self.height, self.width), dtype=np.int16)
+        self.hints: Cells = np.zeros((self.height, self.width), dtype=np.int16)
 
     def clear(self, corners: list[Point], weight: int) -> None:
         """Free evidence in a convex polygon given in order; one that is not convex is left alone."""
@@ -46,6 +47,11 @@ class Canvas:
         rows, columns = self.cells_along(start, end)
         self.occupied[rows, columns] = np.maximum(self.occupied[rows, columns], weight)
 
+    def hint(self, start: Point, end: Point, weight: int) -> None:
+        """A little occupied evidence along a segment; hints add up."""
+        rows, columns = self.cells_along(start, end)
+        self.hints.reshape(-1)[np.unique(rows * self.width + columns)] += weight
+
     def cells_along(self, start: Point, end: Point) -> tuple[Ints, Ints]:
         """Rows and columns (k,) of the canvas's cells under a segment."""
         length = dmath.hypot(end[0] - start[0], end[1] - start[1])
@@ -58,8 +64,9 @@ class Canvas:
         return rows, columns
 
     def patch(self) -> Patch:
-        """What to add to the grid: where anything stands, free evidence is dropped."""
-        return Patch(self.left, self.bottom, np.where(self.occupied > 0, self.occupied, self.free))
+        """What to add to the grid: where something stands nothing is free."""
+        delta = np.where(self.occupied > 0, self.occupied, self.free + self.hints)
+        return Patch(self.left, self.bottom, delta.astype(np.int16))
 
     def _column(self, x: float) -> int:
         return min(max(int(x // self.cell_m) - self.left, 0), self.width - 1)
