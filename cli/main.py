@@ -13,12 +13,18 @@ COMMANDS = {  # name: (module, one line of help)
     "record": ("cli.record", "Drive a robot and record its sweeps to an MCAP file."),
     "replay": ("cli.replay", "Replay a recording through the SLAM pipeline."),
     "diff": ("cli.diff", "Say what differs between two runs."),
+    "verify": ("cli.verify", "Replay a run's recording again and say whether every bit is the same."),
     "info": ("cli.info", "Say what is in a recording or a run."),
+    "check": ("cli.check", "Say whether a recording is sound, and what of it is usable."),
+    "recover": ("cli.recover", "Make a sound file of a recording that was cut off or damaged."),
     "sim": ("cli.sim", "Be an AmigoBot: the embedded robot as a server."),
     "import": ("cli.import_", "Bring other people's sonar logs in."),
     "algorithms": ("cli.algorithms", "List the algorithms and their configuration."),
     "demo": ("cli.demo", "Run the main job end to end on the embedded robot."),
 }
+
+
+ALIASES = {"doctor": "check"}
 
 
 class Commands(click.Group):
@@ -30,6 +36,7 @@ class Commands(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the command's module and take the command of the same name."""
+        cmd_name = ALIASES.get(cmd_name, cmd_name)
         if cmd_name not in COMMANDS:
             return None
         module = importlib.import_module(COMMANDS[cmd_name][0])

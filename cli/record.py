@@ -139,9 +139,10 @@ def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callabl
     from sonarlog.recording import RecordingWriter
     from sonarlog.transport import open_link, stable_name
 
+    started_wall_ns, start_ns = time.time_ns(), time.monotonic_ns()
     with RecordingWriter(
         settings["output"],
-        started_wall_ns=time.time_ns(),
+        started_wall_ns=started_wall_ns,
         command_line=shlex.join(["sonarlog", *sys.argv[1:]]),
         config=settings,
         lean=settings["lean"],
@@ -149,7 +150,6 @@ def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callabl
     ) as writer:
         recorder: Recorder | None = None
         try:
-            start_ns = time.monotonic_ns()
             port = stable_name(settings["port"])
             call = partial(open_link, port, time.monotonic_ns, rate=plan.rate, baud=settings["baud"], start_ns=start_ns)
             link = call()

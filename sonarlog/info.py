@@ -17,6 +17,7 @@ from sonarlog.errors import SonarlogError
 from sonarlog.log import Log
 from sonarlog.mcap_file import McapReader
 from sonarlog.recording import layout, read_log, recording_digest
+from sonarlog.recording.reader import lost_before
 from sonarlog.sweeps import cut
 
 GAP_NS = 500_000_000
@@ -183,7 +184,7 @@ def _recording_info(file: McapReader, log: Log) -> RecordingInfo:
         true_world=log.surfaces.world if log.surfaces else "",
         events=dict(Counter(event.level for event in log.events)),
         topics=dict(sorted(Counter(message.topic for message in file.stream()).items())),
-        damage=file.damage,
+        damage=(*file.damage, *lost_before(file)),
     )
 
 

@@ -134,7 +134,7 @@ def test_every_truncation_gives_the_whole_chunks_and_says_so(sound: Path, tmp_pa
         cut.write_bytes(data[:size])
         file = McapReader(cut)
         assert len(file.damage) == 1
-        assert "cut off" in file.damage[0]
+        assert "cut off" in file.damage[0] or "never finished" in file.damage[0]
         found = [message.data for message in file.stream()]
         assert found == expected[: len(found)]
         seen.add(len(found))

@@ -5,43 +5,15 @@ import pty
 import re
 import signal
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from cli.main import run
 from sonarlog.recording import read_log
-
-SPEED = "40"
-
-
-def start(*arguments: str, largest_file: int | None = None) -> subprocess.Popen[str]:
-    code = "from cli.main import main; main()"
-    if largest_file is not None:  # the nearest to a full disk that needs no rights
-        code = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({largest_file},) * 2); {code}"
-    command = [sys.executable, "-c", code, *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-@contextmanager
-def robot(*arguments: str) -> Iterator[str]:
-    """The embedded robot; yields the URL of its port."""
-    process = start("sim", "--world", "corridor", "--speed", SPEED, *arguments)
-    stream = process.stdout if "--pty" in arguments else process.stderr
-    assert stream is not None
-    try:
-        line = stream.readline()
-        found = re.search(r"(/dev/\S+|127\.0\.0\.1:\d+)", line)
-        assert found, line + (process.stderr.read() if process.stderr else "")
-        yield found[0] if found[0].startswith("/") else f"socket://{found[0]}"
-    finally:
-        process.terminate()
-        process.communicate(timeout=10)
+from tests.processes import SPEED, robot, start
 
 
 @pytest.fixture(scope="module")

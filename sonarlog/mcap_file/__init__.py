@@ -1,5 +1,6 @@
 """MCAP files, written whole or not at all and read with every checksum on: the only door to the `mcap` library."""
 
+from sonarlog.mcap_file.copy import Copied, copy
 from sonarlog.mcap_file.reader import MAGIC, CannotRead, McapMessage, McapReader, NotMcap, StoredFile
 from sonarlog.mcap_file.writer import CannotWrite, McapWriter, OutputExists, partial_path
 
@@ -7,11 +8,13 @@ __all__ = [
     "MAGIC",
     "CannotRead",
     "CannotWrite",
+    "Copied",
     "McapMessage",
     "McapReader",
     "McapWriter",
     "NotMcap",
     "OutputExists",
     "StoredFile",
+    "copy",
     "partial_path",
 ]

@@ -9,16 +9,20 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import zstandard
 from mcap.exceptions import McapError
+from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk, get_chunk_data_stream
 
 from sonarlog.errors import SonarlogError
+from sonarlog.mcap_file.writer import partial_path
 
 MAGIC = b"\x89MCAP0\r\n"
+CHUNK_HEAD = struct.Struct("<BQQQQI")  # opcode, length, first and last time, uncompressed size and its CRC
+COMPRESSED = b"\x04\0\0\0zstd"  # what follows the head in a chunk of ours
 
 # What the mcap and zstandard libraries raise on bytes that are cut off or flipped. UnicodeDecodeError and the
 # library's CRCValidationError are ValueErrors.
@@ -29,7 +33,11 @@ class CannotRead(SonarlogError):
     """There is no such file, or it may not be read."""
 
     def __init__(self, path: Path, error: OSError) -> None:
-        super().__init__(f"cannot read {path}: {error.strerror or error}")
+        part = partial_path(path)
+        hint = (
+            f" ({part.name} is there: a recording that was never finished, readable as it is)" if part.exists() else ""
+        )
+        super().__init__(f"cannot read {path}: {error.strerror or error}{hint}")
 
 
 class NotMcap(SonarlogError):
@@ -110,11 +118,16 @@ class McapReader:
                     schema = schemas.get(channel.schema_id, "")
                     yield McapMessage(channel.topic, schema, channel.message_encoding, record.log_time, record.data)
 
+    def records(self) -> Iterator[McapRecord]:
+        """Every whole record in file order, chunks as what is in them: for a copy."""
+        return self._records(partial(breakup_chunk, validate_crc=True), [])
+
     def _records(self, chunk: Callable[[Chunk], list[McapRecord]], damage: list[str]) -> Iterator[McapRecord]:
         """All records in file order, for a chunk what `chunk` makes of it; `damage` gets what had to be left out."""
         with self.path.open("rb") as stream:
             size = os.fstat(stream.fileno()).st_size
-            records = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records
+            read = partial(StreamReader, stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+            records = read().records
             while True:
                 begin = stream.tell()
                 try:
@@ -125,8 +138,13 @@ class McapReader:
                     damage.append(f"{self.path}: the data section fails its checksum: something in it was altered")
                     return
                 except BROKEN:
-                    damage.append(f"{self.path}: cut off or unreadable from byte {begin} of {size} on")
-                    return
+                    found = _next_chunk(stream, begin + 1)
+                    damage.append(f"{self.path}: {_left_out(begin, found, size)}")
+                    if found is None:
+                        return
+                    stream.seek(found)
+                    records = read(skip_magic=True).records
+                    continue
                 if not isinstance(record, Chunk):
                     yield record
                     continue
@@ -142,3 +160,28 @@ def _checked(chunk: Chunk) -> list[McapRecord]:
     """Nothing, after the check that `breakup_chunk` makes; ten times faster. Raises one of BROKEN."""
     get_chunk_data_stream(chunk, validate_crc=True)
     return []
+
+
+def _next_chunk(stream: BinaryIO, begin: int) -> int | None:
+    """Where the next compressed chunk begins, by the look of it; its own checksum decides afterwards."""
+    stream.seek(begin)
+    data = stream.read()
+    at = data.find(COMPRESSED, CHUNK_HEAD.size)
+    while at >= 0:
+        head = at - CHUNK_HEAD.size
+        opcode, length, _, _, _, _ = CHUNK_HEAD.unpack_from(data, head)
+        inside = at + len(COMPRESSED) - (head + 9)  # bytes of the record before the length of its contents
+        if opcode == Opcode.CHUNK and head + 9 + length <= len(data) and length >= inside + 8:
+            (contents,) = struct.unpack_from("<Q", data, at + len(COMPRESSED))
+            if contents + inside + 8 == length:
+                return begin + head
+        at = data.find(COMPRESSED, at + 1)
+    return None
+
+
+def _left_out(begin: int, found: int | None, size: int) -> str:
+    if found is not None:
+        return f"bytes {begin} to {found} are unreadable and left out"
+    if begin == size:
+        return f"it was never finished: it ends after byte {size}, all of which is used"
+    return f"cut off or unreadable from byte {begin} of {size} on"

@@ -31,8 +31,9 @@ class OutputExists(SonarlogError):
 class CannotWrite(SonarlogError):
     """The disk, a quota or a permission refused the file."""
 
-    def __init__(self, path: Path, error: OSError) -> None:
-        super().__init__(f"cannot write {path}: {error.strerror or error}")
+    def __init__(self, path: Path, error: OSError, *, kept: bool = False) -> None:
+        rest = "; what was written before is kept there, whole: `sonarlog recover` finishes it" if kept else ""
+        super().__init__(f"cannot write {path}: {error.strerror or error}{rest}")
 
 
 def partial_path(path: Path) -> Path:
@@ -55,6 +56,7 @@ class McapWriter:
         self._force = force
         self._schemas: dict[str, int] = {}
         self._state = "open"
+        self._whole_bytes = 0  # what has been flushed ends with a whole record
         for taken in () if force else (self.path, self.partial):
             if taken.exists():
                 raise OutputExists(taken)
@@ -66,6 +68,9 @@ class McapWriter:
         self._writer = Writer(self._stream, CHUNK_BYTES, index_types=index, enable_data_crcs=True)
         with self._guard():
             self._writer.start(PROFILE, LIBRARY)
+            self._stream.flush()
+            self._whole_bytes = self._stream.tell()
+            _sync_folder(self.partial)
 
     @property
     def closed(self) -> bool:
@@ -78,11 +83,19 @@ class McapWriter:
         `encoding` is "cdr" (ros2msg schemas), "json" (jsonschema) or "canonical" (the schema says it in words).
         Register all channels before the first message: they are written once, in the chunk then open.
         """
-        if schema not in self._schemas:
-            kind = {"cdr": "ros2msg", "json": "jsonschema", "canonical": "text"}[encoding]
-            self._schemas[schema] = self._writer.register_schema(schema, kind, definition.encode())
+        kind = {"cdr": "ros2msg", "json": "jsonschema", "canonical": "text"}[encoding]
         qos = {"offered_qos_profiles": "[]"} if encoding == "cdr" else {}  # rosbag2 asks for the key
-        return self._writer.register_channel(topic, encoding, self._schemas[schema], qos)
+        return self.any_channel(topic, encoding, (schema, kind, definition.encode()), qos)
+
+    def any_channel(
+        self, topic: str, encoding: str, schema: tuple[str, str, bytes] | None, metadata: Mapping[str, str]
+    ) -> int:
+        """Register a topic of any encoding; `schema` is its name, encoding and text."""
+        if schema is None:
+            return self._writer.register_channel(topic, encoding, 0, dict(metadata))
+        if schema[0] not in self._schemas:
+            self._schemas[schema[0]] = self._writer.register_schema(*schema)
+        return self._writer.register_channel(topic, encoding, self._schemas[schema[0]], dict(metadata))
 
     def write(self, channel: int, log_time_ns: int, data: bytes) -> None:
         """Add one message. Its sequence number stays 0, which says "none" and compresses to nothing."""
@@ -105,6 +118,7 @@ class McapWriter:
             self._writer.flush()  # type: ignore[no-untyped-call]  # mcap: no `-> None`
             if fsync:
                 os.fsync(self._stream.fileno())
+            self._whole_bytes = self._stream.tell()
 
     def finish(self) -> None:
         """Write summary and footer, sync, and give the file its name, still refusing to overwrite. Idempotent."""
@@ -120,6 +134,7 @@ class McapWriter:
                 self.partial.replace(self.path)
             else:
                 _rename_exclusively(self.partial, self.path)
+            _sync_folder(self.path)
 
     def abandon(self) -> None:
         """Close and remove what was written. Does nothing once the file is finished or has failed."""
@@ -140,7 +155,7 @@ class McapWriter:
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
-        """Turn what the disk refuses into CannotWrite, and then leave the partial file as it is.
+        """Turn what the disk refuses into CannotWrite, and then end the partial file with its last whole record.
 
         Another attempt would write behind half a record.
         """
@@ -152,7 +167,9 @@ class McapWriter:
             self._state = "failed"
             with suppress(OSError):  # the same refusal again, from the buffer
                 self._stream.close()
-            raise CannotWrite(self.partial, error) from None
+            with suppress(OSError):
+                os.truncate(self.partial, self._whole_bytes)
+            raise CannotWrite(self.partial, error, kept=self._whole_bytes > 0) from None
 
 
 def _rename_exclusively(source: Path, target: Path) -> None:
@@ -167,3 +184,13 @@ def _rename_exclusively(source: Path, target: Path) -> None:
         source.rename(target)
     else:
         source.unlink()
+
+
+def _sync_folder(path: Path) -> None:
+    """Make sure that the name survives a power cut too, on systems whose folders can be synced."""
+    with suppress(OSError):
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)

@@ -22,6 +22,7 @@ MAP_FRAME, ODOM_FRAME, BASE_FRAME = "map", "odom", "base_link"  # then sonar_0, 
 
 RECORDING = "recording"  # metadata: how it was made
 ROBOT = "robot"  # metadata: which robot, and its parameters
+RECOVERED = "recovered"  # metadata: that it was, and what is missing
 SURFACES = "truth/surfaces.json"  # attachment
 
 RADIANS = 6.283185307179586 / TURN

@@ -59,6 +59,12 @@ def robot_of(file: McapReader) -> Robot | None:
     return Robot.from_dict(data, f"robot of {file.path}")
 
 
+def lost_before(file: McapReader) -> tuple[str, ...]:
+    """What a recovery had to leave out of this file, in sentences."""
+    missing = file.metadata.get(layout.RECOVERED, {}).get("missing", "")
+    return tuple(f"{file.path} was recovered; of the original, {line}" for line in missing.splitlines())
+
+
 def started_wall_ns(file: McapReader) -> int:
     """What has to be subtracted from log_time to have the recorder's own clock; 0 where no recorder was.
 
@@ -86,8 +92,9 @@ def read_log(path: Path | str) -> Log:
     except BadMessage as error:
         raise NotARecording(file.path, f"cannot be read: {error}") from None
     last = int(log.odometry.t_ns[-1]) if len(log.odometry.t_ns) else 0
-    events = log.events + tuple(Event(last, "warn", sentence) for sentence in file.damage)
-    counts = log.counts | ({"damage": len(file.damage)} if file.damage else {})
+    lost = (*file.damage, *lost_before(file))
+    events = log.events + tuple(Event(last, "warn", sentence) for sentence in lost)
+    counts = log.counts | ({"damage": len(lost)} if lost else {})
     return replace(log, surfaces=_surfaces(file), events=events, counts=counts)
 
 

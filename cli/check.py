@@ -1,0 +1,1 @@
+"""`sonarlog check`: is this recording sound, and what of it is usable."""
