@@ -17,16 +17,17 @@ def headline(diff: "Diff") -> str:
     return " ".join([_parting(diff.first), _apart(diff), *_nearer(diff)])
 
 
-def decision_words(block: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
+def decision_words(block: str, a: Mapping[str, Any], b: Mapping[str, Any], names: tuple[str, str] = ("A", "B")) -> str:
     """What a block made of one sweep in A and in B, where they differ; `a` and `b` are the steps' plain values."""
+    this, that = names
     if block == "E":
         for k, (mine, yours) in enumerate(zip(a["walls"], b["walls"], strict=False)):
             if (mine["chain"], mine["joined"]) != (yours["chain"], yours["joined"]):
-                return f"A: {wall_line(k, mine)}; B: {wall_line(k, yours)}"
+                return f"{this}: {wall_line(k, mine)}; {that}: {wall_line(k, yours)}"
     mine, yours = block_lines(a)[block], block_lines(b)[block]
     if mine == yours:
         return f"in both {mine}; what differs is not in this line"
-    return f"A: {mine}; B: {yours}"
+    return f"{this}: {mine}; {that}: {yours}"
 
 
 def _parting(first: "FirstDifference") -> str:

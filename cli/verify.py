@@ -1,0 +1,147 @@
+"""sonarlog verify."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import click
+
+from cli.options import FILE, FOLDER, as_json, force, quiet
+
+if TYPE_CHECKING:
+    from sonarlog.apart import Apart
+    from sonarlog.runs import Run
+    from sonarlog.verify import Parting, Verified
+
+SHOWN = 5
+
+
+@click.command("verify")
+@click.argument("path", type=FILE, metavar="RUN")
+@click.argument("recording", type=FILE, required=False)
+@click.option("--code", metavar="git:REV|run", help="Replay with the code of a git revision, or of the run's own.")
+@click.option("--dump", "folder", type=FOLDER, help="Write the first differing block's inputs and outputs here.")
+@force
+@as_json
+@quiet
+def command(
+    path: Path,
+    recording: Path | None,
+    code: str | None,
+    folder: Path | None,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Replay the recording of a RUN again and say whether everything is the same to the bit.
+
+    Of a run that is not, the first sweep and block that differ, and how far apart. The RECORDING is looked for where
+    the run says, and beside it. Exit code 0: identical, 1: it differs, 2: it cannot be checked.
+
+    \b
+    Example:
+      sonarlog verify corridor.paper.run.mcap
+      sonarlog verify corridor.paper.run.mcap --code run --dump apart
+    """
+    from sonarlog.runs import read_run
+    from sonarlog.verify import compare, dump, find_recording
+
+    run = read_run(path)
+    revision = _revision(run, code)
+    _warn(run, revision)
+    with _again(run, find_recording(run, recording), revision, quiet=quiet) as again:
+        found = compare(run, again)
+    if folder is not None and found.first is not None:
+        written = dump(found.first, folder, force=force)
+        click.echo(f"written: {', '.join(map(str, written))}", err=True)
+    if as_json:
+        click.echo(json.dumps(found.as_dict(), indent=2))
+    else:
+        _tell(found)
+    return 0 if found.same else 1
+
+
+def _revision(run: "Run", code: str | None) -> str | None:
+    """The git revision that --code asks for; None for the code at hand."""
+    if code is None:
+        return None
+    if code == "run":
+        commit = run.machine.get("git_commit")
+        if not commit:
+            raise click.UsageError(f"{run.path} does not say which commit made it; give --code git:REV")
+        return commit
+    kind, _, revision = code.partition(":")
+    if kind != "git" or not revision:
+        raise click.UsageError(f"--code takes git:REV or run, not {code!r}")
+    return revision
+
+
+def _warn(run: "Run", revision: str | None) -> None:
+    from sonarlog.provenance import code_digest
+
+    if revision is None and run.identity.code_digest != code_digest():
+        hint = " (--code run replays with it)" if run.machine.get("git_commit") else ""
+        click.echo(f"sonarlog: warning: {run.path} was made by other code than this{hint}", err=True)
+    if revision is not None and revision == run.machine.get("git_commit") and run.machine.get("git_dirty") == "true":
+        click.echo(f"sonarlog: warning: slam/ had been changed after commit {revision[:12]}", err=True)
+
+
+@contextmanager
+def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) -> "Iterator[Run]":
+    """The run made anew."""
+    from cli.progress import progress
+    from cli.revision import code_of, replay_with
+    from cli.watching import Watch
+    from slam.algorithms import algorithm
+    from sonarlog.replay import replay
+    from sonarlog.runs import read_run
+
+    asked = run.identity
+    with TemporaryDirectory(prefix="sonarlog-") as folder, progress("replaying", quiet=quiet) as advance:
+        output = Path(folder) / "again.run.mcap"
+        if revision is None:
+            replay(recording, algorithm(asked.algorithm).configured(asked.config), output, watcher=Watch(advance))
+        else:
+            with code_of(revision) as code:
+                unknown = replay_with(code, recording, asked.algorithm, asked.config, output)
+            if unknown:
+                click.echo(f"sonarlog: warning: that revision knows no {', '.join(unknown)}", err=True)
+        yield read_run(output)
+
+
+def _tell(found: "Verified") -> None:
+    first = found.first
+    if first is None:
+        click.echo(f"identical: {found.sweeps[0]} sweeps, digest {found.digests[0]}")
+        return
+    if first.block:
+        letter = f" (block {first.block})" if first.block.isupper() else ""
+        click.echo(f"differs first at sweep {first.sweep}, {first.name}{letter}: {first.words}")
+    else:
+        click.echo(f"differs in {first.name}: {first.words}")
+    _tell_values(first)
+    click.echo(
+        f"by the end: poses up to {found.position_mm:.3g} mm and {found.heading_deg:.3g}° apart, "
+        f"{found.cells} cells of the map differ"
+    )
+
+
+def _tell_values(first: "Parting") -> None:
+    if first.outputs[0] is None:
+        click.echo("  the run keeps no values of it")
+        return
+    by = f", floats by up to {first.ulps} ulp" if first.ulps is not None else ""
+    count = len(first.differences)
+    click.echo(f"  {count} {'value differs' if count == 1 else 'values differ'}{by}")
+    for each in first.differences[:SHOWN]:
+        click.echo(f"  {_value(each)}")
+    if count > SHOWN:
+        click.echo(f"  … and {count - SHOWN} more")
+
+
+def _value(each: "Apart") -> str:
+    ulps = f" ({each.ulps} ulp)" if each.ulps is not None else ""
+    return f"{each.where}: {each.a!r} in the run, {each.b!r} in the replay{ulps}"
