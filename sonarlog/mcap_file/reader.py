@@ -5,6 +5,7 @@ Must not know: what the messages mean, robots, runs.
 
 import os
 import struct
+import zlib
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -22,6 +23,7 @@ from sonarlog.mcap_file.writer import partial_path
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_HEAD = struct.Struct("<BQQQQI")  # opcode, length, first and last time, uncompressed size and its CRC
+FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary's begin, its offsets' begin, its CRC
 COMPRESSED = b"\x04\0\0\0zstd"  # what follows the head in a chunk of ours
 
 # What the mcap and zstandard libraries raise on bytes that are cut off or flipped. UnicodeDecodeError and the
@@ -98,6 +100,8 @@ class McapReader:
                 self._schemas[record.id] = record.name
             elif isinstance(record, Channel):
                 self._channels[record.id] = record
+        if not damage and not _summary_is_whole(self.path):
+            damage.append(f"{self.path}: the index at its end fails its checksum; all messages are there")
         self.damage = tuple(damage)
 
     def messages(self, topics: Collection[str] | None = None) -> list[McapMessage]:
@@ -160,6 +164,14 @@ def _checked(chunk: Chunk) -> list[McapRecord]:
     """Nothing, after the check that `breakup_chunk` makes; ten times faster. Raises one of BROKEN."""
     get_chunk_data_stream(chunk, validate_crc=True)
     return []
+
+
+def _summary_is_whole(path: Path) -> bool:
+    """Whether the CRC in the footer, if there is one, is that of the summary before it."""
+    data = path.read_bytes()
+    footer = len(data) - len(MAGIC) - FOOTER.size
+    _, _, begin, _, crc = FOOTER.unpack_from(data, footer)
+    return bool(crc == 0 or (begin <= footer and zlib.crc32(data[begin or footer : -len(MAGIC) - 4]) == crc))
 
 
 def _next_chunk(stream: BinaryIO, begin: int) -> int | None:

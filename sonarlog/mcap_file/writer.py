@@ -45,18 +45,22 @@ class McapWriter:
     """Write one MCAP file as `PATH.part`; `finish` gives it its name, `abandon` removes it.
 
     As a context manager it finishes, or abandons the file when the block raised. The same calls give the same bytes.
-    Raises OutputExists before anything is written, CannotWrite whenever the disk refuses; what was written up to there
-    stays in `PATH.part`, sound up to its last whole chunk.
+    Raises OutputExists before anything is written, CannotWrite whenever the disk refuses; with `keep` what was written
+    up to there stays in `PATH.part`, sound up to its last whole chunk.
     """
 
-    def __init__(self, path: Path | str, *, force: bool = False, message_index: bool = True) -> None:
-        """`message_index` costs 16 bytes a message; Lichtblick and rosbags need it, Rerun and sonarlog do not."""
+    def __init__(self, path: Path | str, *, force: bool = False, message_index: bool = True, keep: bool = True) -> None:
+        """`message_index` costs 16 bytes a message; Lichtblick and rosbags need it, Rerun and sonarlog do not.
+
+        `keep`: half a file is worth keeping, for what is in it cannot be made again.
+        """
         self.path = Path(path)
         self.partial = partial_path(self.path)
         self._force = force
+        self._keep = keep
         self._schemas: dict[str, int] = {}
         self._state = "open"
-        self._whole_bytes = 0  # what has been flushed ends with a whole record
+        self._whole_bytes = self._head_bytes = 0  # what has been flushed ends with a whole record
         for taken in () if force else (self.path, self.partial):
             if taken.exists():
                 raise OutputExists(taken)
@@ -69,7 +73,7 @@ class McapWriter:
         with self._guard():
             self._writer.start(PROFILE, LIBRARY)
             self._stream.flush()
-            self._whole_bytes = self._stream.tell()
+            self._whole_bytes = self._head_bytes = self._stream.tell()
             _sync_folder(self.partial)
 
     @property
@@ -167,9 +171,13 @@ class McapWriter:
             self._state = "failed"
             with suppress(OSError):  # the same refusal again, from the buffer
                 self._stream.close()
+            kept = self._keep and self._whole_bytes > self._head_bytes
             with suppress(OSError):
-                os.truncate(self.partial, self._whole_bytes)
-            raise CannotWrite(self.partial, error, kept=self._whole_bytes > 0) from None
+                if kept:
+                    os.truncate(self.partial, self._whole_bytes)
+                else:
+                    self.partial.unlink()
+            raise CannotWrite(self.partial, error, kept=kept) from None
 
 
 def _rename_exclusively(source: Path, target: Path) -> None:

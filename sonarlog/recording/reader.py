@@ -59,6 +59,11 @@ def robot_of(file: McapReader) -> Robot | None:
     return Robot.from_dict(data, f"robot of {file.path}")
 
 
+def read_wire(file: McapReader) -> Iterator[tuple[int, str, bytes]]:
+    """(t_ns on the recorder's clock, "rx" or "tx", bytes) in order of writing; nothing where there is no wire."""
+    return _wire(file, file.stream({layout.WIRE}))
+
+
 def lost_before(file: McapReader) -> tuple[str, ...]:
     """What a recovery had to leave out of this file, in sentences."""
     missing = file.metadata.get(layout.RECOVERED, {}).get("missing", "")

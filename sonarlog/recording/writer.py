@@ -63,7 +63,7 @@ class RecordingWriter:
         `lean`: a fifth of the size, the same replay. The wire is whole; of what follows from it there are only the
         points, and the poses once a second. Rerun opens it; Lichtblick and rosbags miss the message index.
         """
-        self._file = McapWriter(path, force=force, message_index=not lean)
+        self._file = McapWriter(path, force=force, message_index=not lean, keep=wire)
         self._lean = lean
         self._last_pose_ns = dict.fromkeys((layout.ODOMETRY, layout.TRUTH), -LEAN_POSE_EVERY_NS)
         self._started_wall_ns = started_wall_ns
