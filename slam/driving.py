@@ -22,7 +22,7 @@ class DrivingConfig:
     spread_m: float = 0.03
     min_readings: int = 4
     min_baseline_m: float = 0.20
-    strong_baseline_m: float = 0.25
+    strong_sigma_deg: float = 1.2  # of the bearing, from what the readings leave over
     max_turn_deg: float = 6.0
 
 
@@ -34,7 +34,7 @@ class Stretch:
     distance: float
     left: float
     right: float
-    baseline: float
+    sigma: float  # of the bearing, rad
     spread: float
     readings: tuple[int, ...]
 
@@ -80,7 +80,10 @@ def _fit(beams: Beams, members: Ints, config: DrivingConfig) -> Stretch | None:
     if spread > config.spread_m:
         return None
     feet = _across(beams, members, bearing, ahead=False)
-    return Stretch(bearing, distance, float(feet.min()), float(feet.max()), baseline, spread, tuple(members.tolist()))
+    # The fit's own error: what it leaves over, against how far the readings reach. A step in the wall leaves much over.
+    off, reach = levels - distance, feet - dmath.mean(feet)
+    sigma = dmath.sqrt(dmath.total(off * off) / (float(len(members) - 2) * dmath.total(reach * reach)))
+    return Stretch(bearing, distance, float(feet.min()), float(feet.max()), sigma, spread, tuple(members.tolist()))
 
 
 def _tilt(distance: Floats, along_axis: Floats, across: Floats) -> float:

@@ -32,7 +32,7 @@ class MapConfig:
     narrow: int = 25
     link: int = 20
     near: int = 2  # a class (ii) reading, to its RCD's own weight
-    alone: int = 3  # a class (iii) reading
+    alone: int = 2  # a class (iii) reading
     fan: int = 12
     between: int = 8  # between two stations and the wall that links them
     body: int = 20
@@ -40,7 +40,7 @@ class MapConfig:
     alone_margin_m: float = 0.40
     link_gap_m: float = 1.2
     open_m: float = 2.0  # farther than this, what may be a point is drawn as one
-    beyond_m: float = 2.0  # how far past the ends of what was seen a wall still stops a beam
+    beyond_m: float = 5.0  # how far past the ends of what was seen a wall still stops a beam
     body_radius_m: float = 0.16
     beam_core_deg: float = 4.0
 

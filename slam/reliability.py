@@ -75,7 +75,7 @@ def analyse_reliability(calibrated: Calibrated, config: ReliabilityConfig) -> Re
                 spread=s.spread,
                 left=s.left,
                 right=s.right,
-                strong=s.baseline >= config.driving.strong_baseline_m,
+                strong=s.sigma <= config.driving.strong_sigma_deg * DEGREE,
                 sonars=1,
                 readings=s.readings,
             )
