@@ -46,9 +46,12 @@ def command(
     if not algorithms and len(files) != 2:
         raise click.UsageError("which runs? two of them, or one recording and --algorithms A,B")
     from sonarlog.diff import diff_runs
+    from sonarlog.picture import check_free
     from sonarlog.runs import read_run
     from sonarlog.scores import draw_runs
 
+    if png is not None:
+        check_free(png, force=force)
     with ExitStack() as stack:
         paths = _replayed(files[0], names, stack, quiet=quiet) if names else list(files)
         a, b = (read_run(path) for path in paths)

@@ -70,8 +70,7 @@ def run(arguments: list[str]) -> int:
     except click.Abort:
         return 130
     except click.ClickException as error:
-        error.show()
-        return 2
+        return _misused(error)
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:  # the reader of our stdout went away: `sonarlog info … | head`
@@ -80,6 +79,17 @@ def run(arguments: list[str]) -> int:
     except Exception as error:
         return _failed(error)
     return result if isinstance(result, int) else 0
+
+
+def _misused(error: click.ClickException) -> int:
+    """Say what is wrong with the command line in one sentence, and where to read more."""
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        error.show()
+        return 2
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    where = f" (see `{context.command_path} --help`)" if context else ""
+    click.echo(f"sonarlog: {error.format_message().rstrip('.')}{where}", err=True)
+    return 2
 
 
 def _failed(error: Exception) -> int:

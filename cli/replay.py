@@ -1,7 +1,6 @@
 """sonarlog replay."""
 
 import json
-from contextlib import closing
 from pathlib import Path
 
 import click
@@ -57,17 +56,18 @@ def command(
         raise click.UsageError("which recording? sonarlog replay RECORDING")
     from cli.progress import progress
     from slam.algorithms import DEFAULT, algorithm
+    from sonarlog.export import check_free, export
     from sonarlog.replay import replay
 
     chosen = algorithm(name or DEFAULT).configured(settings_from(config, changes))
     if output is None and (viz is None or folder is not None):
         output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
-    with progress("replaying", quiet=quiet) as advance:
-        watch = Watch(advance, viz, f"{recording.name} {chosen.name}", force=force)
-        with closing(watch):
-            result = replay(recording, chosen, output, force=force, watcher=watch)
+    if folder is not None:
+        check_free(folder, force=force)
+    title = f"{recording.name} {chosen.name}"
+    with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
+        result = replay(recording, chosen, output, force=force, watcher=watch)
     if folder is not None and output is not None:
-        from sonarlog.export import export
         from sonarlog.runs import read_run
 
         export(read_run(output), folder, force=force)

@@ -1,6 +1,6 @@
 """Following a replay: progress, and what --viz asks for."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from cli.progress import Advance
 
@@ -41,7 +41,14 @@ class Watch:
         self._done += 1
         self._advance(self._done, self._count)
 
-    def close(self) -> None:
-        """Send what is left to the viewer or file."""
-        if self._inspection is not None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        """Send what is left to the viewer or file; half an inspection is not kept."""
+        if self._inspection is None:
+            return
+        if kind is None:
             self._inspection.finish()
+        else:
+            self._inspection.abandon()

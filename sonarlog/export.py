@@ -21,18 +21,25 @@ class CannotExport(SonarlogError):
 
 def export(run: Run, folder: Path, *, force: bool = False) -> list[Path]:
     """Write map.pgm, map.yaml, trajectory.tum and walls.csv; return their paths. Raises CannotExport."""
+    check_free(folder, force=force)
     paths = [folder / name for name in NAMES]
-    taken = [path for path in paths if path.exists()]
-    if taken and not force:
-        raise CannotExport(f"{taken[0]} exists and is not overwritten: choose another folder, or give --force")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_map(run.grid, paths[0], paths[1])
         write_trajectory(run, paths[2])
         write_walls(run, paths[3])
     except OSError as error:
+        for path in paths:
+            path.unlink(missing_ok=True)
         raise CannotExport(f"cannot write to {folder}: {error.strerror or error}") from None
     return paths
+
+
+def check_free(folder: Path, *, force: bool) -> None:
+    """Raise CannotExport if an export there would overwrite something and `force` is not given."""
+    taken = [folder / name for name in NAMES if (folder / name).exists()]
+    if taken and not force:
+        raise CannotExport(f"{taken[0]} exists and is not overwritten: choose another folder, or give --force")
 
 
 def write_map(grid: Grid, image: Path, sheet: Path) -> None:
@@ -41,7 +48,7 @@ def write_map(grid: Grid, image: Path, sheet: Path) -> None:
     pixels = np.full(cells.shape, UNKNOWN, dtype=np.uint8)
     pixels[grid.free(cells)] = FREE
     pixels[grid.occupied(cells)] = OCCUPIED
-    height, width = pixels.shape
+    height, width = cells.shape
     image.write_bytes(f"P5\n{width} {height}\n255\n".encode() + pixels[::-1].tobytes())
     sheet.write_text(
         f"image: {image.name}\n"

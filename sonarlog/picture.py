@@ -97,14 +97,19 @@ def shades(grid: Grid, cells: Cells) -> Pixels:
     return np.where(grid.occupied(cells), OCCUPIED, np.where(grid.free(cells), FREE, UNKNOWN)).astype(np.uint8)
 
 
+def check_free(path: Path | str, *, force: bool) -> None:
+    """Raise CannotDraw if a picture there would overwrite something and `force` is not given."""
+    if Path(path).exists() and not force:
+        raise CannotDraw(f"{path} exists and is not overwritten: name another file, or give --force")
+
+
 def draw_maps(panels: Sequence[Panel], path: Path | str, *, force: bool = False) -> tuple[int, int]:
     """Write the panels side by side, or one above the other where that fills the picture better.
 
     Returns the picture's size in pixels. Raises CannotDraw if there is nothing to draw, if the file exists and `force`
     is not given, or if it cannot be written.
     """
-    if Path(path).exists() and not force:
-        raise CannotDraw(f"{path} exists and is not overwritten: name another file, or give --force")
+    check_free(path, force=force)
     columns, window = _layout(panels)
     drawn = [_draw(panel, window) for panel in panels]
     rows = -(-len(drawn) // columns)

@@ -65,9 +65,9 @@ def replay(
     counts = used_and_left_out(log, sweeps)
     identity = identify(recording_digest(recording), algorithm)
     result = RunDigest(identity.asked())
-    if watcher:
-        watcher.begin(log, len(sweeps.sweeps))
     with RunWriter(output, identity, recording=recording, force=force) if output else nullcontext() as writer:
+        if watcher:
+            watcher.begin(log, len(sweeps.sweeps))
         for step in replay_sweeps(log, sweeps, algorithm):
             digests = result.add(step)
             truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))

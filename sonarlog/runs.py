@@ -126,7 +126,7 @@ class RunWriter:
         """`recording` is where the recording was found: a fact about this machine, kept for `verify`."""
         self._identity = identity
         self._recording = str(recording)
-        self._writer = McapWriter(path, force=force)
+        self._writer = McapWriter(path, force=force, keep=False)
         self._topics = RunTopics(self._writer)
         self._steps = self._writer.channel("/step", "sonarlog.Step", STEP_SCHEMA, encoding="json")
         self._blocks = self._writer.channel(BLOCKS_TOPIC, "sonarlog.Blocks", BLOCKS_SCHEMA, encoding="canonical")

@@ -24,7 +24,8 @@ class PortBusy(SonarlogError):
     """The address cannot be listened on."""
 
     def __init__(self, host: str, port: int, error: OSError) -> None:
-        super().__init__(f"cannot listen on {host}:{port}: {error.strerror or error}; name another one with --listen")
+        why = (error.strerror or str(error)).partition(" (while attempting")[0]
+        super().__init__(f"cannot listen on {host}:{port}: {why}; name another one with --listen")
 
 
 @dataclass(frozen=True)

@@ -47,17 +47,20 @@ class CannotSave(SonarlogError):
 class Inspection:
     """A replay as it is shown: give it each step as it comes, and end with `finish`, or use it as a context manager."""
 
-    def __init__(self, stream: rr.RecordingStream, title: str, log: Log, *, following: bool) -> None:
-        self._stream, self._log, self._following = stream, log, following
+    def __init__(
+        self, stream: rr.RecordingStream, title: str, log: Log, *, following: bool, path: Path | None = None
+    ) -> None:
+        """`path` is the file that it goes to, if it goes to one."""
+        self._stream, self._log, self._following, self._path = stream, log, following, path
         self._scene = Scene(log.robot.radius_mm / 1000, log.surfaces)
         self._start_ns = int(log.odometry.t_ns[0]) if len(log.odometry.t_ns) else 0
         self._count = 0
         stream.set_log_time_enabled(False)
         stream.set_log_tick_enabled(False)
         stream.send_recording_name(title)
-        for path, (name, colour) in SERIES.items():
+        for series, (name, colour) in SERIES.items():
             marks = rr.SeriesPoints(colors=colour, names=name, marker_sizes=3.0)
-            stream.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.5), marks, static=True)
+            stream.log(series, rr.SeriesLines(colors=colour, names=name, widths=1.5), marks, static=True)
 
     def add(self, step: Step, truth: Pose | None = None) -> None:
         """Show a step; `truth` is where the robot really was at its reference reading, in the recording's frame."""
@@ -86,13 +89,21 @@ class Inspection:
         self._stream.log(f"{HERE}/view", rr.Transform3D(mat3x3=upright.T), static=True)
 
     def finish(self) -> None:
-        """Send what is left and let go of the viewer or file."""
+        """Send what is left and let go of the viewer or file; a file that is incomplete is removed."""
         try:
             self._stream.flush()
         except RuntimeError as error:
-            raise CannotSave(f"the inspection is incomplete: {error}") from None
-        finally:
-            self._stream.disconnect()
+            self.abandon()
+            if self._path is None:
+                raise CannotSave(f"the viewer was closed before it was shown everything ({error})") from None
+            raise CannotSave(f"cannot write {self._path}: the disk is full, or refuses it ({error})") from None
+        self._stream.disconnect()
+
+    def abandon(self) -> None:
+        """Let go of the viewer or file, and remove the file."""
+        self._stream.disconnect()
+        if self._path is not None:
+            self._path.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
         return self
@@ -100,7 +111,10 @@ class Inspection:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
     ) -> None:
-        self.finish()
+        if kind is None:
+            self.finish()
+        else:
+            self.abandon()
 
 
 def inspect_live(title: str, log: Log, viewer: Viewer | None = None) -> Inspection:
@@ -122,7 +136,7 @@ def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = Fal
         raise CannotSave(f"cannot write {path}: its folder is not there or not yours to write in")
     stream = rr.RecordingStream("sonarlog")
     stream.save(path)
-    return Inspection(stream, title, log, following=False)
+    return Inspection(stream, title, log, following=False, path=Path(path))
 
 
 def _upright(heading: float) -> Floats:
