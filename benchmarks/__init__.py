@@ -1,0 +1,1 @@
+"""Measurements: accuracy, speed, memory, as ratios against something run side by side."""

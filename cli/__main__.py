@@ -1,0 +1,5 @@
+"""`python -m cli` is `sonarlog`."""
+
+from cli.main import main
+
+main()
