@@ -1,6 +1,7 @@
 """A run as plain files for other tools: a ROS map, a TUM trajectory, the walls as CSV."""
 
 import csv
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,8 @@ def export(run: Run, folder: Path, *, force: bool = False) -> list[Path]:
         write_walls(run, paths[3])
     except OSError as error:
         for path in paths:
-            path.unlink(missing_ok=True)
+            with suppress(OSError):
+                path.unlink()
         raise CannotExport(f"cannot write to {folder}: {error.strerror or error}") from None
     return paths
 
