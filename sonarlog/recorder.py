@@ -148,7 +148,7 @@ class Recorder:
     def _loop(self, stop: Callable[[], bool]) -> None:
         reported_ns = self._wall_ns()
         while not stop() and not (self._driver and self._driver.finished):
-            if self._plan.limit_ns is not None and self._now_ns() >= self._plan.limit_ns:
+            if self._time_is_up():
                 self._event(Event(self._now_ns(), "info", "the time is up"))
                 return
             try:
@@ -156,7 +156,7 @@ class Recorder:
             except (LinkLost, RobotSilent, NoAnswer) as error:
                 self._pass_on(self._connection.take_events())
                 try:
-                    self._connection.recover(error, stop)
+                    self._connection.recover(error, lambda: stop() or self._time_is_up())
                 finally:
                     self._pass_on(self._connection.take_events())
             self._watch_disk()
@@ -165,6 +165,9 @@ class Recorder:
                 status = self.status()
                 self._report(status)
                 self._reported, reported_ns = (status.t_ns, status.sips), wall_ns
+
+    def _time_is_up(self) -> bool:
+        return self._plan.limit_ns is not None and self._now_ns() >= self._plan.limit_ns
 
     def _turn(self) -> None:
         """Once round: what has come, then what has to go."""
@@ -192,9 +195,10 @@ class Recorder:
 
     def _receive(self) -> None:
         data = self._connection.link.read(POLL_S)
+        t_ns = self._now_ns()
+        self._transmit(self._session.wake(t_ns))
         if not data:
             return
-        t_ns = self._now_ns()
         self._transcript.wire(t_ns, "rx", data)
         for sample in self._decoder.feed(t_ns, data):
             self._take(sample)

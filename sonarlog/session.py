@@ -151,9 +151,9 @@ class Session:
 
     def send(self, now_ns: int) -> bytes:
         """What has to be sent by now, often nothing. Raises NoAnswer, RobotSilent."""
-        pause_ns, self._asked_ns = now_ns - self._asked_ns, now_ns
         if self.stage is Stage.OPEN:
-            return self._after_a_pause(now_ns, pause_ns) + self._keep_up(now_ns)
+            return self.wake(now_ns) + self._keep_up(now_ns)
+        self._asked_ns = now_ns
         if now_ns < self._next_ns:
             return b""
         if self._tries >= self._most_tries or self._cleared >= TRIES:
@@ -217,9 +217,12 @@ class Session:
             self._event(t_ns, "error", f"the route is halted: {why}")
         self.motors = bool(sip.flags & MOTORS)
 
-    def _after_a_pause(self, now_ns: int, pause_ns: int) -> bytes:
-        """STOP, where this program itself did not run for so long that the robot's watchdog has stopped it."""
-        if pause_ns <= self._patience_ns:
+    def wake(self, now_ns: int) -> bytes:
+        """STOP, where this program itself did not run for so long that the robot's watchdog has stopped it; to be sent
+        before anything else is.
+        """
+        pause_ns, self._asked_ns = now_ns - self._asked_ns, now_ns
+        if pause_ns <= self._patience_ns or self.stage is not Stage.OPEN:
             return b""
         self._event(
             now_ns, "warn", f"the recorder was held up for {pause_ns / SECOND:.1f} s: the robot is told to stop"

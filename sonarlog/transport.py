@@ -6,6 +6,7 @@ Must not know: packets, commands, what the bytes mean. The only door to pyserial
 import contextlib
 import errno
 import os
+import select
 import socket
 import time
 from collections.abc import Callable
@@ -98,6 +99,10 @@ class SerialLink:
             self._port.set_low_latency_mode(True)  # else USB adapters hand over bytes every 16 ms
         if url.startswith("socket://"):
             self._send_at_once()
+        # pyserial's own read would throw away what came just before the line broke.
+        self._descriptor = None
+        with contextlib.suppress(AttributeError, OSError):
+            self._descriptor = self._port.fileno() if os.name == "posix" else None
         self._start_ns = clock_ns() if start_ns is None else start_ns
 
     def _send_at_once(self) -> None:
@@ -107,14 +112,25 @@ class SerialLink:
     def read(self, timeout_s: float) -> bytes:
         """Wait for the first byte, then take what is there."""
         try:
-            self._port.timeout = timeout_s / self._rate
-            first = self._port.read(1)
-            if not first:
+            if self._descriptor is None:
+                return self._read_by_pyserial(timeout_s / self._rate)
+            if not select.select([self._descriptor], [], [], timeout_s / self._rate)[0]:
                 return b""
-            self._port.timeout = 0
-            return bytes(first + self._port.read(CHUNK))
-        except self._lost as error:
+            data = os.read(self._descriptor, CHUNK)
+        except (*self._lost, ValueError) as error:  # ValueError: the descriptor is closed
             raise LinkLost(self._url, error) from None
+        if not data:
+            raise LinkLost(self._url, EOFError("the other end hung up"))
+        return data
+
+    def _read_by_pyserial(self, timeout_s: float) -> bytes:
+        """Where there is no descriptor (RFC 2217, Windows): what came before an error is not lost with it."""
+        self._port.timeout = timeout_s
+        first = bytes(self._port.read(1))
+        self._port.timeout = 0
+        with contextlib.suppress(*self._lost):
+            return first + bytes(self._port.read(CHUNK) if first else b"")
+        return first
 
     def write(self, data: bytes) -> None:
         """Send; a line that takes nothing for 2 s is lost."""
@@ -139,6 +155,7 @@ class SerialLink:
 
     def close(self) -> None:
         """Close the port."""
+        self._descriptor = None
         with contextlib.suppress(*self._lost):
             self._port.close()
 
