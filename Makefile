@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check lint types contracts bench lock clean
+.PHONY: demo test check lint types contracts bench determinism golden lock clean
 
 demo: $(READY)
 	$(BIN)/sonarlog demo
@@ -27,6 +27,10 @@ contracts: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks.accuracy
+
+# One digest on every machine that this one can pass for; WRITE=1 puts the tables into docs/determinism.md.
+determinism: $(READY)
+	$(BIN)/python -m tests.matrix $(if $(WRITE),--write)
 
 # The lock holds exact versions and hashes of every dependency, for Python 3.11 to 3.13.
 lock:
