@@ -203,6 +203,7 @@ class Session:
         if self.stage is Stage.OPENING:
             self.stage = Stage.OPEN
             self._sonar_ns = t_ns
+            self._guard = Guard()  # a robot just opened has its motors off
         if self._silent:
             self._silent = False
             self._event(t_ns, "warn", "the robot is heard again")
