@@ -16,7 +16,7 @@ import numpy as np
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Log
 from sonarlog.mcap_file import McapReader
-from sonarlog.recording import layout, read_log, recording_digest
+from sonarlog.recording import layout, open_recording, read_log, recording_digest
 from sonarlog.recording.reader import lost_before
 from sonarlog.sweeps import cut
 
@@ -141,7 +141,7 @@ def info(path: Path | str) -> RecordingInfo | RunInfo:
     """What is in the file. Raises CannotRead, NotMcap, UnknownRun, and what `read_log` raises for anything else."""
     file = McapReader(path)
     if "run" not in file.metadata:
-        return _recording_info(file, read_log(path))
+        return _recording_info(open_recording(path), read_log(path))
     try:
         return _run_info(file)
     except (KeyError, ValueError) as error:
@@ -161,7 +161,7 @@ def gaps(times_ns: np.ndarray[Any, np.dtype[np.int64]]) -> tuple[Gap, ...]:
 def _recording_info(file: McapReader, log: Log) -> RecordingInfo:
     made = file.metadata.get(layout.RECORDING, {})
     started_ns = int(made.get("started_wall_ns", 0))
-    identity = {k: v for k, v in file.metadata.get(layout.ROBOT, {}).items() if k != "parameters"}
+    identity = {k: v for k, v in file.metadata.get(layout.ROBOT, {}).items() if k not in ("parameters", "crc32")}
     times = log.odometry.t_ns
     return RecordingInfo(
         path=str(file.path),

@@ -15,6 +15,7 @@ from sonarlog.mcap_file import McapWriter
 from sonarlog.protocol.framing import frame
 from sonarlog.protocol.packets import SimStat, Sip
 from sonarlog.recording import RecordingWriter, recording_digest
+from sonarlog.recording.versions import VERSION
 from sonarlog.robot import load_robot
 
 SECOND = 1_000_000_000
@@ -51,7 +52,7 @@ def test_facts_of_a_recording(recording: Path) -> None:
     assert facts["truth"] == "302 poses, surfaces of nowhere"
     assert facts["events"] == "1 warn"
     assert facts["topics"] == "/rosout 1, /tf_static 1, /wire 303"
-    assert facts["made by"] == "record it, schema 1, sonarlog 0.1.0"
+    assert facts["made by"] == f"record it, schema {VERSION}, sonarlog 0.1.0"
     assert facts["digest"] == recording_digest(recording)
     assert "damage" not in facts
 

@@ -196,7 +196,7 @@ def with_metadata(path: Path, name: str, data: dict[str, str], topic: str = "/ch
     ("name", "data", "topic", "error", "words"),
     [
         ("run", {}, "/step", NotARecording, "is a run, not a recording"),
-        ("recording", {"schema_version": "99"}, "/wire", NotARecording, "version 99; this sonarlog reads up to 1"),
+        ("recording", {"schema_version": "99"}, "/wire", NotARecording, "version 99; this sonarlog reads up to 2"),
         ("other", {}, "/chatter", MissingTopics, "holds no sonar readings"),
         ("recording", {"schema_version": "1"}, "/wire", NotARecording, "does not say of which robot"),
         ("robot", {"parameters": json.dumps(ROBOT.as_dict())}, "/wire", NotARecording, "are no sonarlog_msgs/msg/Wire"),
@@ -274,7 +274,7 @@ def test_a_bag_without_mountings_says_so(tmp_path: Path) -> None:
 
 def test_the_robot_goes_with_the_recording(recording: Path) -> None:
     metadata = McapReader(recording).metadata
-    assert metadata["recording"]["schema_version"] == "1"
+    assert metadata["recording"]["schema_version"] == "2"
     assert json.loads(metadata["recording"]["config"]) == {"route": "scan"}
     assert metadata["robot"]["NAME"] == "test"
     assert robot_of(open_recording(recording)) == ROBOT

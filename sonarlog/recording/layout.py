@@ -7,8 +7,6 @@ from slam import dmath
 from slam.sweep import TURN
 from sonarlog.ros2 import Point, Pose, Quaternion
 
-SCHEMA_VERSION = 1
-
 WIRE = "/wire"
 ODOMETRY = "/odom"
 TF = "/tf"

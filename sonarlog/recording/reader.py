@@ -18,7 +18,7 @@ from sonarlog.decode import decode_wire
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event, Log, Surfaces, Truth
 from sonarlog.mcap_file import McapMessage, McapReader
-from sonarlog.recording import layout
+from sonarlog.recording import layout, versions
 from sonarlog.recording.topics import log_from_topics
 from sonarlog.robot import Robot
 
@@ -34,16 +34,25 @@ class NotARecording(SonarlogError):
 
 
 def open_recording(path: Path | str) -> McapReader:
-    """Open and check the file. Raises CannotRead, NotMcap, and NotARecording for a run or a newer schema version."""
+    """Open and check the file, its metadata as the newest version has it.
+
+    Raises CannotRead, NotMcap, and NotARecording for a run or a newer schema version.
+    """
     file = McapReader(path)
     if "run" in file.metadata:
         raise NotARecording(file.path, "is a run, not a recording; `sonarlog info` says of which")
-    version = file.metadata.get(layout.RECORDING, {}).get("schema_version", "1")
-    if not version.isdecimal() or int(version) > layout.SCHEMA_VERSION:
+    made = file.metadata.get(layout.RECORDING)
+    if made is None:
+        return file  # a bag that no recorder of ours made
+    version = made.get("schema_version", "1")
+    if not version.isdecimal() or not 1 <= int(version) <= versions.VERSION:
         raise NotARecording(
             file.path,
-            f"has recording schema version {version}; this sonarlog reads up to {layout.SCHEMA_VERSION}: update it",
+            f"has recording schema version {version}; this sonarlog reads up to {versions.VERSION}: update it",
         )
+    file.metadata = versions.upgrade(file.metadata, int(version))
+    altered = [name for name in versions.OWN if not versions.whole(file.metadata.get(name, versions.sealed({})))]
+    file.damage += tuple(f"{file.path}: the metadata {name!r} fails its checksum" for name in altered)
     return file
 
 

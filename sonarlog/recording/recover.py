@@ -6,7 +6,7 @@ Must not know: packets, sweeps, what is printed.
 from dataclasses import dataclass
 from pathlib import Path
 
-from sonarlog.mcap_file import McapReader, McapWriter, copy
+from sonarlog.mcap_file import PARTIAL, McapReader, McapWriter, copy
 from sonarlog.recording import layout
 
 
@@ -38,7 +38,9 @@ def recover(path: Path, output: Path, *, force: bool = False) -> Recovered:
         last = message.log_time_ns if last is None else max(last, message.log_time_ns)
     if first is None or last is None:
         return Recovered(0, 0.0, missing or (f"{path}: there is no message in it",))
-    with McapWriter(output, force=force) as target:
+    # `recover a.mcap.part -o a.mcap` is what people type: the damaged file must not be the one being written.
+    new = output.with_name(f"{output.name}.recovered{PARTIAL}")
+    with McapWriter(output, force=force, keep=False, partial=new) as target:
         done = copy(source, target)
         if source.damage:
             target.metadata(layout.RECOVERED, {"from": path.name, "missing": "\n".join(missing)})

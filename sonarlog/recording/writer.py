@@ -16,7 +16,7 @@ from sonarlog.cdr import definition, encode, type_name
 from sonarlog.decode import Reading
 from sonarlog.log import Surfaces
 from sonarlog.mcap_file import McapWriter
-from sonarlog.recording import layout
+from sonarlog.recording import layout, versions
 from sonarlog.recording.layout import BASE_FRAME, MAP_FRAME, ODOM_FRAME
 from sonarlog.robot import Robot
 
@@ -77,20 +77,24 @@ class RecordingWriter:
         }
         self._file.metadata(
             layout.RECORDING,
-            {
-                "schema_version": str(layout.SCHEMA_VERSION),
-                "sonarlog_version": sonarlog.__version__,
-                "started_wall_ns": str(started_wall_ns),
-                "clock": "started_wall_ns + the recorder's monotonic clock" if wire else "the imported log's own",
-                "command_line": command_line,
-                "config": json.dumps(config, sort_keys=True),
-            },
+            versions.sealed(
+                {
+                    "schema_version": str(versions.VERSION),
+                    "sonarlog_version": sonarlog.__version__,
+                    "started_wall_ns": str(started_wall_ns),
+                    "clock": "started_wall_ns + the recorder's monotonic clock" if wire else "the imported log's own",
+                    "command_line": command_line,
+                    "port": str(config.get("port", "")),
+                    "config": json.dumps(config, sort_keys=True),
+                }
+            ),
         )
 
     def identity(self, identity: Mapping[str, str], robot: Robot) -> None:
         """Say which robot it is: metadata, the tree of frames, a channel for each sonar. Again after a reconnect."""
         self._robot = robot
-        self._file.metadata(layout.ROBOT, {**identity, "parameters": json.dumps(robot.as_dict(), sort_keys=True)})
+        known = {**identity, "parameters": json.dumps(robot.as_dict(), sort_keys=True)}
+        self._file.metadata(layout.ROBOT, versions.sealed(known))
         for sonar in range(len(robot.sonars)):
             topic = layout.sonar_topic(sonar)
             if topic not in self._channels and not self._lean:
