@@ -2,10 +2,11 @@
 
 from sonarlog.mcap_file.copy import Copied, copy
 from sonarlog.mcap_file.reader import MAGIC, CannotRead, McapMessage, McapReader, NotMcap, StoredFile
-from sonarlog.mcap_file.writer import CannotWrite, McapWriter, OutputExists, partial_path
+from sonarlog.mcap_file.writer import PARTIAL, CannotWrite, McapWriter, OutputExists, partial_path
 
 __all__ = [
     "MAGIC",
+    "PARTIAL",
     "CannotRead",
     "CannotWrite",
     "Copied",

@@ -49,13 +49,22 @@ class McapWriter:
     up to there stays in `PATH.part`, sound up to its last whole chunk.
     """
 
-    def __init__(self, path: Path | str, *, force: bool = False, message_index: bool = True, keep: bool = True) -> None:
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        force: bool = False,
+        message_index: bool = True,
+        keep: bool = True,
+        partial: Path | None = None,
+    ) -> None:
         """`message_index` costs 16 bytes a message; Lichtblick and rosbags need it, Rerun and sonarlog do not.
 
-        `keep`: half a file is worth keeping, for what is in it cannot be made again.
+        `keep`: half a file is worth keeping, for what is in it cannot be made again. `partial`: where it is while it is
+        being written, if not at `PATH.part`.
         """
         self.path = Path(path)
-        self.partial = partial_path(self.path)
+        self.partial = partial or partial_path(self.path)
         self._force = force
         self._keep = keep
         self._schemas: dict[str, int] = {}
