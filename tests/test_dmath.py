@@ -33,8 +33,9 @@ def exact_atan(x: Decimal) -> Decimal:
         doublings += 1
     result = Decimal(0)
     for n in range(16):
-        result += (-1) ** n * x ** (2 * n + 1) / (2 * n + 1)
-    return result * 2**doublings
+        term = x ** (2 * n + 1) / (2 * n + 1)
+        result += -term if n % 2 else term
+    return Decimal(result * 2**doublings)
 
 
 def exact_atan2(y: Decimal, x: Decimal) -> Decimal:

@@ -17,12 +17,13 @@ from slam.association import (
     mean_distance,
     overlapping,
 )
-from slam.dmath import DEGREE
+from slam.dmath import DEGREE, Floats
 from slam.features import FeatureConfig, Wall, find_corner, intersection
 from slam.geometry import ORIGIN, Pose, Segment, segment, through
 from slam.localisation import LocalisationConfig, best_shift, best_turn, search
 from slam.reliability import Rcd
 from slam.self_calibration import Calibration, SelfCalibrationConfig, self_calibrate
+from slam.sweep import Sweep
 from tests.synthetic import AMIGO_MM_DEG, RING, StraightWall, corridor, echo_mm, scan
 
 PAPER = algorithm("paper")
@@ -63,7 +64,7 @@ def test_self_calibration_takes_the_lever_arm_out() -> None:
 def test_d1_is_not_symmetric_and_d2_is_between_ends() -> None:
     a, b = line(0, 1, 1, 1), line(1.3, 1.1, 2.3, 1.2)
 
-    def of(segment_: Segment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    def of(segment_: Segment) -> tuple[Floats, Floats, Floats]:
         return np.array([segment_.alpha]), np.array([segment_.rho]), np.array([[segment_.start, segment_.end]])
 
     assert abs(a.alpha - b.alpha) / DEGREE == pytest.approx(5.711, abs=5e-4)
@@ -77,11 +78,12 @@ def test_d1_is_not_symmetric_and_d2_is_between_ends() -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "value"), [("d1_m", 0.149), ("a1_deg", 5.7), ("d2_m", 0.316)], ids=["distance", "angle", "gap"]
+    "config",
+    [AssociationConfig(d1_m=0.149), AssociationConfig(a1_deg=5.7), AssociationConfig(d2_m=0.316)],
+    ids=["distance", "angle", "gap"],
 )
-def test_each_threshold_alone_keeps_walls_apart(setting: str, value: float) -> None:
+def test_each_threshold_alone_keeps_walls_apart(config: AssociationConfig) -> None:
     chains = Chains().joined([(None, 0, line(0, 1, 1, 1))], 0)
-    config = AssociationConfig(**{setting: value})
     assert associate((Wall(0, line(1.3, 1.1, 2.3, 1.2)),), chains, (ORIGIN,), ORIGIN, config).unlinked == (0,)
 
 
@@ -123,7 +125,7 @@ def test_orientation(differences: list[float], average: float, turn: int) -> Non
 # 4. and 8. translation -------------------------------------------------------------------------------------------
 
 
-def shifted(walls: list[Segment], roots: list[Segment], price: float) -> tuple[tuple[float, float], float]:
+def shifted(walls: list[Segment], roots: list[Segment], price: float) -> tuple[object, object]:
     shift, _, after = best_shift(walls, roots, LocalisationConfig(shift_price=price))
     return (round(shift[0], 9), round(shift[1], 9)), after
 
@@ -193,7 +195,7 @@ def only_rcd(step: pipeline.Step) -> Rcd:
     return step.reliability.rcds[0]
 
 
-def one_step(sweep: pipeline.Sweep) -> pipeline.Step:
+def one_step(sweep: Sweep) -> pipeline.Step:
     """Without the fit of block B, which one wall alone hardly determines: this is about block C."""
     unfitted = PAPER.configured({"self_calibration.fit": False})
     return pipeline.step(pipeline.first_state(RING, unfitted), sweep, RING, unfitted)
