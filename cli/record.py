@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cli import options
+from cli.watching import WINDOW
 
 if TYPE_CHECKING:
     from sonarlog.log import Event
     from sonarlog.recorder import Plan, Status
+    from sonarlog.viz.live import LiveView
 
 PLAIN_EVERY_S = 5.0
 
@@ -49,6 +51,13 @@ PLAIN_EVERY_S = 5.0
     metavar="SECONDS",
     help="How long to try to come back to a robot that is lost.",
 )
+@click.option(
+    "--viz",
+    is_flag=False,
+    flag_value=WINDOW,
+    metavar="[FILE.rrd]",
+    help="Watch in Rerun's viewer while it is recorded, or save that to a file.",
+)
 @click.option("--lean", is_flag=True, help="A fifth of the size: the wire, and little beside it.")
 @options.force
 @options.quiet
@@ -66,6 +75,7 @@ def command(
     speed: float | None,
     sim: bool,
     give_up: float,
+    viz: str | None,
     lean: bool,
     force: bool,
     quiet: bool,
@@ -97,8 +107,8 @@ def command(
     settings = dict(click.get_current_context().params, output=str(output))
     plan = _plan(settings)
     line = _Line(quiet=quiet, verbose=verbose)
-    with _interrupts() as stop, line:
-        status = _record(settings, plan, line, stop)
+    with _live(viz, output.name, force=force) as view, _interrupts() as stop, line:
+        status = _record(settings, plan, line, view, stop)
         line.clear()
         line.say(f"{output}: {_summary(status)}")
     return 130 if stop() or line.lost else 0
@@ -133,7 +143,28 @@ def _text(route: str) -> str:
         raise click.UsageError(f"cannot read the route in {route}: {error}") from None
 
 
-def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callable[[], bool]) -> "Status":
+@contextmanager
+def _live(viz: str | None, title: str, *, force: bool) -> "Iterator[LiveView | None]":
+    """The live view, its viewer opened and Rerun loaded before the port is."""
+    if viz is None:
+        yield None
+        return
+    from sonarlog.viz.live import LiveView
+    from sonarlog.viz.rerun_door import live_stage
+
+    view = LiveView(live_stage(title, None if viz == WINDOW else viz, force=force))
+    try:
+        yield view
+    finally:
+        view.close()
+    if view.failure or view.left_out:
+        why = f": {view.failure}" if view.failure else ""
+        click.echo(f"the live view left out {view.left_out} packets{why}; the recording has them all", err=True)
+
+
+def _record(
+    settings: dict[str, Any], plan: "Plan", line: "_Line", view: "LiveView | None", stop: Callable[[], bool]
+) -> "Status":
     from sonarlog.connection import Again
     from sonarlog.recorder import Recorder
     from sonarlog.recording import RecordingWriter
@@ -154,14 +185,24 @@ def _record(settings: dict[str, Any], plan: "Plan", line: "_Line", stop: Callabl
             call = partial(open_link, port, time.monotonic_ns, rate=plan.rate, baud=settings["baud"], start_ns=start_ns)
             link = call()
             again = None if link.waits else Again(call, time.sleep, settings["give_up"])
+            see: dict[str, Any] = {}
+            tell = line.tell
+            if view is not None:
+                see = {"show": view.show}
+                tell = partial(_both, line.tell, view.tell)
             recorder = Recorder(
-                link, writer, plan, wall_ns=time.monotonic_ns, again=again, report=line.show, tell=line.tell
+                link, writer, plan, wall_ns=time.monotonic_ns, again=again, report=line.show, tell=tell, **see
             )
             return recorder.run(lambda: stop() or line.lost)
         except Exception:
             if recorder is None or not recorder.heard:
                 writer.abandon()  # there is nothing in it
             raise
+
+
+def _both(first: "Callable[[Event], None]", second: "Callable[[Event], None]", event: "Event") -> None:
+    first(event)
+    second(event)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """The one door to Rerun: shapes to its archetypes, the layout, and where an inspection goes, viewer or file."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -12,7 +13,7 @@ import rerun.blueprint as rrb
 from slam.geometry import Pose
 from slam.pipeline import Step
 from sonarlog.errors import SonarlogError
-from sonarlog.log import Floats, Log
+from sonarlog.log import Event, Floats, Log
 from sonarlog.picture import BLUE, GREEN, PURPLE, UNKNOWN, VERMILLION
 from sonarlog.viz.native import Viewer, start_viewer
 from sonarlog.viz.scene import GREY, Scene, Shown, extent
@@ -130,13 +131,78 @@ def inspect_live(title: str, log: Log, viewer: Viewer | None = None) -> Inspecti
 
 def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = False) -> Inspection:
     """Save what comes to an .rrd file. Raises CannotSave for a file that exists or cannot be made."""
+    _check_free(path, force=force)
+    stream = rr.RecordingStream("sonarlog")
+    stream.save(path)
+    return Inspection(stream, title, log, following=False, path=Path(path))
+
+
+def _check_free(path: Path | str, *, force: bool) -> None:
     if Path(path).exists() and not force:
         raise CannotSave(f"{path} exists and is not overwritten: name another file, or give --force")
     if not Path(path).resolve().parent.is_dir() or not os.access(Path(path).resolve().parent, os.W_OK):
         raise CannotSave(f"cannot write {path}: its folder is not there or not yours to write in")
-    stream = rr.RecordingStream("sonarlog")
-    stream.save(path)
-    return Inspection(stream, title, log, following=False, path=Path(path))
+
+
+class LiveStage:
+    """A recording while it is made (a `sonarlog.viz.live.Stage`)."""
+
+    def __init__(self, stream: rr.RecordingStream, title: str) -> None:
+        self._stream = stream
+        stream.set_log_time_enabled(False)
+        stream.set_log_tick_enabled(False)
+        stream.send_recording_name(title)
+        stream.send_blueprint(_live_blueprint())
+        stream.log("map", rr.Transform3D(mat3x3=_upright(0.0)), static=True)
+
+    def show(self, t_ns: int, shapes: Mapping[str, Shape], numbers: Mapping[str, float]) -> None:
+        """What is new at that time."""
+        self._stream.set_time(TIME, duration=np.timedelta64(t_ns, "ns"))
+        for path, shape in shapes.items():
+            self._stream.log(path, *_archetypes(path, shape))
+        for path, number in numbers.items():
+            self._stream.log(path, rr.Scalars(number))
+
+    def say(self, event: Event) -> None:
+        """An event."""
+        self._stream.set_time(TIME, duration=np.timedelta64(event.t_ns, "ns"))
+        self._stream.log("events", rr.TextLog(event.text, level=event.level.upper()))
+
+    def finish(self) -> None:
+        """Send what is left."""
+        try:
+            self._stream.flush()
+        finally:
+            self._stream.disconnect()
+
+
+def live_stage(
+    title: str, path: Path | str | None = None, *, viewer: Viewer | None = None, force: bool = False
+) -> LiveStage:
+    """To a viewer (None: one in its own window), or to an .rrd file. Raises NoViewer, CannotSave."""
+    stream = rr.RecordingStream("sonarlog_live")
+    if path is None:
+        stream.connect_grpc((viewer or start_viewer()).url)
+    else:
+        _check_free(path, force=force)
+        stream.save(path)
+    return LiveStage(stream, title)
+
+
+def _live_blueprint() -> rrb.Blueprint:
+    background = [UNKNOWN, UNKNOWN, UNKNOWN]
+    the_map = rrb.Spatial2DView(
+        origin="/", contents=["/map/**"], name="Echoes where odometry puts them", background=background
+    )
+    side = rrb.Vertical(rrb.TextLogView(origin="/events", name="Events"), _plot("battery", "Battery, V"))
+    return rrb.Blueprint(
+        rrb.Horizontal(the_map, side, column_shares=[3, 1]),
+        rrb.TimePanel(timeline=TIME, state="collapsed", play_state="following"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_layout=False,
+        auto_views=False,
+    )
 
 
 def _upright(heading: float) -> Floats:

@@ -1,0 +1,147 @@
+"""A recording as it is made, drawn by a thread of its own: what the viewer has no time for is left out.
+
+Nobody ever waits for it. Must not know: Rerun, ports, files.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from threading import Event as Flag
+from threading import Thread
+from typing import Protocol
+
+import numpy as np
+
+from sonarlog.decode import Reading, Sample
+from sonarlog.log import Event
+from sonarlog.protocol.packets import Sip
+from sonarlog.robot import Robot
+from sonarlog.viz.shapes import Dots, Shape, Strips
+
+EVERY_S = 0.2
+WAITING = 4096  # samples and events that may wait; then the oldest are left out
+A_PIECE = 500  # echoes, or poses, drawn as one thing: only the newest piece is sent again
+CLOSE_S = 5.0
+RADIANS = 6.283185307179586 / (1 << 20)
+BLUE, GREEN, GREY = (0, 114, 178), (0, 158, 115), (120, 120, 120)
+
+
+class Stage(Protocol):
+    """Where a live view is shown."""
+
+    def show(self, t_ns: int, shapes: Mapping[str, Shape], numbers: Mapping[str, float]) -> None:
+        """What is new at that time."""
+
+    def say(self, event: Event) -> None:
+        """An event."""
+
+    def finish(self) -> None:
+        """Send what is left."""
+
+
+class LiveView:
+    """Give it samples and events from any thread; it never waits. `left_out` counts what there was no time for."""
+
+    def __init__(self, stage: Stage) -> None:
+        self.left_out = 0
+        self.failure: Exception | None = None
+        self._stage = stage
+        self._waiting: deque[tuple[Sample, Robot] | Event] = deque(maxlen=WAITING)
+        self._end = Flag()
+        self._echoes = _Piecewise()
+        self._path = _Piecewise()
+        self._thread = Thread(target=self._work, name="live view", daemon=True)
+        self._thread.start()
+
+    def show(self, sample: Sample, robot: Robot) -> None:
+        """A packet of a known robot."""
+        if isinstance(sample.packet, Sip):
+            self._offer((sample, robot))
+
+    def tell(self, event: Event) -> None:
+        """An event."""
+        self._offer(event)
+
+    def close(self) -> None:
+        """Draw what is waiting and end; a viewer that hangs is left alone after some seconds."""
+        self._end.set()
+        self._thread.join(CLOSE_S)
+
+    def _offer(self, item: tuple[Sample, Robot] | Event) -> None:
+        self.left_out += len(self._waiting) == WAITING
+        self._waiting.append(item)
+
+    def _work(self) -> None:
+        try:
+            while not self._end.wait(EVERY_S):
+                self._draw()
+            self._draw()
+            self._stage.finish()
+        except Exception as error:  # a viewer that was closed must not end a recording
+            self.failure = error
+            self._waiting.clear()
+
+    def _draw(self) -> None:
+        samples: list[tuple[Sample, Robot]] = []
+        while self._waiting:
+            item = self._waiting.popleft()
+            if isinstance(item, Event):
+                self._stage.say(item)
+            else:
+                samples.append(item)
+        if not samples:
+            return
+        last, robot = samples[-1]
+        assert isinstance(last.packet, Sip)
+        assert last.pose is not None
+        for sample, known in samples:
+            assert sample.pose is not None
+            self._path.add((sample.pose.x_um / 1e6, sample.pose.y_um / 1e6))
+            for reading in sample.readings:
+                if reading.range_mm < known.max_range_mm:
+                    self._echoes.add(_echo(known, reading))
+        shapes: dict[str, Shape] = {"map/odometry/robot": _outline(last, robot)}
+        for number, points in self._echoes.changed():
+            shapes[f"map/readings/{number}"] = Dots(points, BLUE)
+        for number, points in self._path.changed():
+            shapes[f"map/odometry/path/{number}"] = Strips([points], [GREY])
+        tenths = last.packet.extra("battery_x10") or last.packet.battery
+        self._stage.show(last.t_ns, shapes, {"plots/battery/volts": tenths / 10})
+
+
+class _Piecewise:
+    """A growing list of points, cut into pieces so that only the end has to be sent again."""
+
+    def __init__(self) -> None:
+        self._pieces: list[list[tuple[float, float]]] = [[]]
+        self._first_changed = 0
+
+    def add(self, point: tuple[float, float]) -> None:
+        if len(self._pieces[-1]) >= A_PIECE:
+            self._pieces.append([self._pieces[-1][-1]])  # so that a line goes on
+        self._pieces[-1].append(point)
+
+    def changed(self) -> list[tuple[int, "np.ndarray[tuple[int, ...], np.dtype[np.float64]]"]]:
+        """Number and points of each piece that has changed since this was asked last."""
+        begin, self._first_changed = self._first_changed, len(self._pieces) - 1
+        found = [(k, np.array(self._pieces[k])) for k in range(begin, len(self._pieces)) if self._pieces[k]]
+        self._pieces[: self._first_changed] = [[]] * self._first_changed  # the viewer has them
+        return found
+
+
+def _echo(robot: Robot, reading: Reading) -> tuple[float, float]:
+    """Where the echo lies on the beam's axis."""
+    sonar = robot.sonars[reading.sonar]
+    heading = reading.pose.heading * RADIANS
+    ray = heading + np.radians(sonar.heading_deg)
+    x = sonar.x_mm * np.cos(heading) - sonar.y_mm * np.sin(heading) + reading.range_mm * np.cos(ray)
+    y = sonar.x_mm * np.sin(heading) + sonar.y_mm * np.cos(heading) + reading.range_mm * np.sin(ray)
+    return reading.pose.x_um / 1e6 + x / 1e3, reading.pose.y_um / 1e6 + y / 1e3
+
+
+def _outline(sample: Sample, robot: Robot) -> Strips:
+    """The robot: a circle, and a line to where it looks."""
+    assert sample.pose is not None
+    x, y, heading = sample.pose.x_um / 1e6, sample.pose.y_um / 1e6, sample.pose.heading * RADIANS
+    angles = heading + np.linspace(0, 2 * np.pi, 25)
+    circle = np.stack([x + np.cos(angles) * robot.radius_mm / 1e3, y + np.sin(angles) * robot.radius_mm / 1e3], axis=1)
+    return Strips([np.concatenate([[[x, y]], circle])], [GREEN], width=2.5)
