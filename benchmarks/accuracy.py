@@ -81,7 +81,7 @@ def _replayed(recording: Path, world: str, seed: int, name: str) -> Result:
 def table(results: Sequence[Result], seeds: int) -> str:
     """Medians by world and algorithm, as a Markdown table; ratios with their worst seed."""
     lines = [
-        f"Medians over {seeds} seeds; ratios are to raw odometry of the same recording, the worst seed in parentheses.\n",
+        f"Medians over {seeds} seeds; ratios are to raw odometry of the same recording, the worst in parentheses.\n",
         "| world | algorithm | ATE | ratio | heading RMSE | ratio | longest walls bent by | occupied true "
         "| surface mapped | free true |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -91,7 +91,7 @@ def table(results: Sequence[Result], seeds: int) -> str:
             rows = [r for r in results if (r.world, r.algorithm) == (world, name)]
 
             def middle(attribute: str, rows: list[Result] = rows) -> float:
-                return statistics.median(getattr(row, attribute) for row in rows)
+                return float(statistics.median(getattr(row, attribute) for row in rows))
 
             lines.append(
                 f"| {world} | {name} | {middle('ate_m'):.2f} m "
