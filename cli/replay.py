@@ -71,6 +71,8 @@ def command(
         from sonarlog.runs import read_run
 
         export(read_run(output), folder, force=force)
+    for sentence in result.missing:
+        click.echo(sentence, err=True)
     if as_json:
         click.echo(json.dumps({"run": output and str(output), "digest": result.digest, **result.counts}))
         return

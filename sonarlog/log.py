@@ -95,3 +95,4 @@ class Log:
     surfaces: Surfaces | None = None
     events: tuple[Event, ...] = ()
     counts: dict[str, int] = field(default_factory=dict)
+    missing: tuple[str, ...] = ()  # what a damaged file no longer holds, in sentences

@@ -44,6 +44,7 @@ class Replayed:
     digest: str
     sweeps: int
     counts: dict[str, int]
+    missing: tuple[str, ...] = ()  # of a damaged recording, in sentences
 
 
 def replay(
@@ -77,7 +78,7 @@ def replay(
                 watcher.step(step, truth)
         if writer:
             writer.finish(result, step.state.grid, counts, log.surfaces)
-    return Replayed(result.result(), len(sweeps.sweeps), counts)
+    return Replayed(result.result(), len(sweeps.sweeps), counts, log.missing)
 
 
 def replay_sweeps(log: Log, sweeps: Cut, algorithm: Algorithm) -> Iterator[Step]:

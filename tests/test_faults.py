@@ -1,7 +1,11 @@
 """The recorder against lines that do all that real ones do, in real processes: nothing is lost, nothing hangs."""
 
+import os
+import pty
 import random
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -151,3 +155,17 @@ def test_a_recorder_held_up_says_stop_before_anything_else(seconds: float, tmp_p
     account = check(path).received
     assert account is not None
     assert (account.bad_packets, account.junk_bytes) == (0, 0)
+
+
+def test_a_terminal_that_is_lost_ends_the_recording_well(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    ours, theirs = pty.openpty()
+    code = "from cli.main import main; main()"
+    arguments = ["record", "--port", "sim://corridor?speed=20", "-o", str(path), "-v"]
+    recorder = subprocess.Popen([sys.executable, "-c", code, *arguments], stderr=theirs, stdin=theirs)
+    os.close(theirs)
+    while b"sweep 0 begins" not in os.read(ours, 4096):
+        assert recorder.poll() is None
+    os.close(ours)
+    assert recorder.wait(timeout=20) == 130
+    assert read_log(path).events[-1].text == "the robot is stopped and closed"

@@ -109,7 +109,7 @@ def read_log(path: Path | str) -> Log:
     lost = (*file.damage, *lost_before(file))
     events = log.events + tuple(Event(last, "warn", sentence) for sentence in lost)
     counts = log.counts | ({"damage": len(lost)} if lost else {})
-    return replace(log, surfaces=_surfaces(file), events=events, counts=counts)
+    return replace(log, surfaces=_surfaces(file), events=events, counts=counts, missing=lost)
 
 
 def recording_digest(path: Path | str) -> str:
