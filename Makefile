@@ -5,13 +5,16 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check lint types contracts bench determinism golden lock clean
+.PHONY: demo test slow check lint types contracts bench determinism golden lock clean
 
 demo: $(READY)
 	$(BIN)/sonarlog demo
 
 test: $(READY)
 	$(BIN)/python -m pytest
+
+slow: $(READY)
+	$(BIN)/python -m pytest -m slow
 
 check: lint types contracts test
 
@@ -31,6 +34,10 @@ bench: $(READY)
 # One digest on every machine that this one can pass for; WRITE=1 puts the tables into docs/determinism.md.
 determinism: $(READY)
 	$(BIN)/python -m tests.matrix $(if $(WRITE),--write)
+
+# What replays of recordings/ give now against what was blessed; BLESS=1 writes it down.
+golden: $(READY)
+	$(BIN)/python -m tests.golden_runs $(if $(BLESS),--write)
 
 # The lock holds exact versions and hashes of every dependency, for Python 3.11 to 3.13.
 lock:
