@@ -76,7 +76,7 @@ def told(step: Step) -> str:
         where = f"goal ({x:.2f}, {y:.2f}) m"
     return (
         f"{len(step.reliability.rcds)} RCDs, {len(step.features.walls)} walls ({linked} joined a chain), "
-        f"{len(step.features.corners)} corners; turned {found.turn_deg:+.0f}°, "
+        f"{len(step.features.corners)} corners; turned {found.turn_deg:+.1f}°, "
         f"shifted ({found.shift[0]:+.2f}, {found.shift[1]:+.2f}) m; {where}"
     )
 
