@@ -1,6 +1,7 @@
 """What the same bits everywhere cost: a replay as it is against the same with numpy's and libm's own functions.
 
-Both in one process by turns; processor time, the shortest of each counts. Usage: python -m benchmarks.determinism_cost [RECORDING…]
+Both in one process by turns; processor time, the shortest of each counts.
+Usage: python -m benchmarks.determinism_cost [RECORDING…]
 """
 
 import math
