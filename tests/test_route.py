@@ -83,7 +83,9 @@ def test_the_default_route_ends_with_a_scan_where_the_way_is_closed() -> None:
 
 @given(st.text(alphabet="scangoturfllwrepeat 0123456789.-();#\n", max_size=60))
 def test_any_text_is_read_or_refused(text: str) -> None:
+    refused = ""
     try:
         assert parse_route(text)
     except BadRoute as error:
-        assert str(error).startswith("route, ")
+        refused = str(error)
+    assert not refused or refused.startswith("route, ")
