@@ -16,7 +16,7 @@ from sonarlog.log import Event
 from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import ConfigPacket, Sync
 from sonarlog.recording import RecordingWriter
-from sonarlog.robot import Robot, built_in, load_robot
+from sonarlog.robot import DEFAULT_ROBOT, Robot, built_in, load_robot
 from sonarlog.route import Route
 from sonarlog.scribe import HUNG_NS, Scribe, WriterHangs
 from sonarlog.session import Identity, NoAnswer, RobotSilent, Session
@@ -26,7 +26,6 @@ from sonarlog.transport import Link, LinkLost
 SECOND = 1_000_000_000
 POLL_S = 0.05  # how long a read may wait before it is looked whether anything else is due
 HOLD_NS = 2 * SECOND  # a disk so far behind, and the robot stands until it has caught up
-DEFAULT_ROBOT = "amigo-sh"
 
 
 class RouteHalted(SonarlogError):

@@ -13,6 +13,8 @@ from slam.sweep import Mounting, SonarRing
 from sonarlog.errors import SonarlogError
 
 RADIANS = 0.017453292519943295  # per degree
+DEFAULT_ROBOT = "amigo-sh"
+"""Taken where a robot says nothing of itself, or something that nobody knows."""
 
 
 class BadRobot(SonarlogError):

@@ -198,7 +198,7 @@ def with_metadata(path: Path, name: str, data: dict[str, str], topic: str = "/ch
         ("run", {}, "/step", NotARecording, "is a run, not a recording"),
         ("recording", {"schema_version": "99"}, "/wire", NotARecording, "version 99; this sonarlog reads up to 2"),
         ("other", {}, "/chatter", MissingTopics, "holds no sonar readings"),
-        ("recording", {"schema_version": "1"}, "/wire", NotARecording, "does not say of which robot"),
+        ("recording", {"schema_version": "1"}, "/wire", NotARecording, "are no sonarlog_msgs/msg/Wire"),
         ("robot", {"parameters": json.dumps(ROBOT.as_dict())}, "/wire", NotARecording, "are no sonarlog_msgs/msg/Wire"),
     ],
 )

@@ -43,3 +43,16 @@ def test_altered_metadata_is_damage(tmp_path: Path) -> None:
     path = with_metadata(tmp_path / "altered.mcap", {"started_wall_ns": "17"})
     assert read_log(path).counts["damage"] == 1
     assert "the metadata 'recording' fails its checksum" in open_recording(path).damage[0]
+
+
+def test_a_wire_without_its_robot_is_read_with_what_the_handshake_says(tmp_path: Path) -> None:
+    source = McapReader(DATA / "recording-v1.mcap")
+    path = tmp_path / "anonymous.mcap"
+    with McapWriter(path) as target:
+        channel = target.channel("/wire", "sonarlog_msgs/msg/Wire", "")
+        target.metadata("recording", source.metadata["recording"])
+        for message in source.stream({"/wire"}):
+            target.write(channel, message.log_time_ns, message.data)
+    log = read_log(path)
+    assert "it does not say of which robot it is; amigo-sh is assumed" in log.missing[0]
+    assert len(log.readings.t_ns) == 825

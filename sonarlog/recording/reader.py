@@ -7,6 +7,7 @@ import hashlib
 import json
 import struct
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,9 +19,11 @@ from sonarlog.decode import decode_wire
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event, Log, Surfaces, Truth
 from sonarlog.mcap_file import McapMessage, McapReader
+from sonarlog.protocol.framing import Frame, Framer
+from sonarlog.protocol.packets import Sync, parse_packet
 from sonarlog.recording import layout, versions
 from sonarlog.recording.topics import log_from_topics
-from sonarlog.robot import Robot
+from sonarlog.robot import DEFAULT_ROBOT, Robot, built_in, load_robot
 
 LEVEL_NAMES = {number: name for name, number in ros2.LEVELS.items()}
 WIRE_RECORD = struct.Struct("<qBI")
@@ -53,7 +56,33 @@ def open_recording(path: Path | str) -> McapReader:
     file.metadata = versions.upgrade(file.metadata, int(version))
     altered = [name for name in versions.OWN if not versions.whole(file.metadata.get(name, versions.sealed({})))]
     file.damage += tuple(f"{file.path}: the metadata {name!r} fails its checksum" for name in altered)
+    if layout.ROBOT not in file.metadata:
+        _assume_robot(file)
     return file
+
+
+def _assume_robot(file: McapReader) -> None:
+    """For a wire whose robot never said who it is, or whose metadata is lost: what the handshake says, or the default.
+
+    It is damage, so that nobody takes the parameters for known.
+    """
+    wire = found = False
+    known = DEFAULT_ROBOT
+    framer = Framer()
+    with suppress(BadMessage):
+        for t_ns, direction, data in read_wire(file):
+            wire = True
+            for piece in framer.feed(data, t_ns) if direction == "rx" else ():
+                packet = parse_packet(piece.body) if isinstance(piece, Frame) else None
+                if isinstance(packet, Sync) and len(packet.strings) == 3 and packet.strings[2].lower() in built_in():
+                    known, found = packet.strings[2], True
+            if found:
+                break
+    if not wire:
+        return
+    parameters = json.dumps(load_robot(known).as_dict(), sort_keys=True)
+    file.metadata[layout.ROBOT] = {"parameters": parameters}
+    file.damage += (f"{file.path}: it does not say of which robot it is; {known} is assumed",)
 
 
 def robot_of(file: McapReader) -> Robot | None:
@@ -141,10 +170,8 @@ def _decoded(file: McapReader) -> Log:
     robot = robot_of(file)
     if not found[layout.WIRE]:
         log = log_from_topics(file, robot, started_wall_ns(file))
-    elif robot is None:
-        raise NotARecording(file.path, "has a /wire, but does not say of which robot: it ended before the handshake")
     else:
-        log = decode_wire(_wire(file, found[layout.WIRE]), robot)
+        log = decode_wire(_wire(file, found[layout.WIRE]), robot or load_robot(DEFAULT_ROBOT))
     events = tuple(_events(file, found[layout.EVENTS]))
     return replace(log, truth=log.truth or _truth(file, found[layout.TRUTH]), events=events)
 
