@@ -26,7 +26,7 @@ class CutConfig:
     full_turn_deg: int = 345  # by odometry, whose rotation scale may be a few per cent off
     still_um: int = 8_000  # a robot turning in place moves less than this from one packet to the next
     turning: int = TURN // 2048  # heading change from one packet to the next that is no jitter
-    pause_ns: int = 1_500_000_000  # a turn may stop for so long
+    pause_ns: int = 15_000_000_000  # a robot stops in the middle of a turn when its line falls silent
     driving_um: int = 500_000
     driving_deg: int = 30
     min_readings: int = 8

@@ -74,7 +74,8 @@ def degrees(sweep: Sweep) -> int:
         (Drive().turn(372), [372]),
         (Drive().turn(180).wait(1).turn(180), [360]),  # a short stop
         (Drive().turn(360).wait(30), [360]),
-        (Drive().turn(180).wait(3).turn(180), []),  # two half turns
+        (Drive().turn(180).wait(9).turn(180), [360]),  # a longer one: the line had fallen silent
+        (Drive().turn(180).wait(30).turn(180), []),  # two half turns
         (Drive().turn(180).turn(-180), []),
         (Drive().turn(180).go(0.3).turn(180), []),
         (Drive().turn(90), []),
