@@ -56,6 +56,7 @@ def command(
         raise click.UsageError("which recording? sonarlog replay RECORDING")
     from cli.progress import progress
     from slam.algorithms import DEFAULT, algorithm
+    from sonarlog.accounting import told
     from sonarlog.export import check_free, export
     from sonarlog.replay import replay
 
@@ -78,9 +79,5 @@ def command(
         return
     click.echo(f"{result.digest}  {output or recording}  {result.sweeps} sweeps, {chosen.name} {chosen.version}")
     if not quiet:
-        click.echo(_told(result.counts), err=True)
-
-
-def _told(counts: dict[str, int]) -> str:
-    """What of the recording was used and what was left out."""
-    return ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items() if count)
+        for line in told(result.counts):
+            click.echo(line, err=True)

@@ -15,6 +15,7 @@ from slam import pipeline
 from slam.algorithms import Algorithm
 from slam.geometry import Pose
 from slam.pipeline import Step
+from sonarlog.accounting import TWICE, check
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Log, Truth
@@ -100,10 +101,14 @@ def sweeps_of(log: Log, recording: Path, cutting: CutConfig | None = None) -> Cu
 
 
 def used_and_left_out(log: Log, sweeps: Cut) -> dict[str, int]:
-    """What the replay used of the recording and, by reason, what it did not."""
+    """What the replay used of the recording and, by reason, what it did not. Raises Unaccounted."""
     used = sum(len(sweep) for sweep in sweeps.sweeps)
     left_out = {f"readings_left_out_{reason}": count for reason, count in sweeps.left_out.items()}
-    return {**log.counts, "sweeps": len(sweeps.sweeps), "readings_used": used, **left_out}
+    twice = used + sum(sweeps.left_out.values()) - len(log.readings.t_ns)
+    shared = {TWICE: twice} if twice > 0 else {}
+    counts = {**log.counts, "sweeps": len(sweeps.sweeps), "readings_used": used, **shared, **left_out}
+    check(counts)
+    return counts
 
 
 def true_pose(truth: Truth | None, t_ns: int) -> Pose | None:
