@@ -24,7 +24,7 @@ class PortBusy(SonarlogError):
     """The address cannot be listened on."""
 
     def __init__(self, host: str, port: int, error: OSError) -> None:
-        why = (error.strerror or str(error)).partition(" (while attempting")[0]
+        why = (error.strerror or str(error)).split(" (while attempting")[0]
         super().__init__(f"cannot listen on {host}:{port}: {why}; name another one with --listen")
 
 
