@@ -14,6 +14,9 @@ from slam.reliability import ReliabilityConfig
 from slam.self_calibration import SelfCalibrationConfig
 
 
+KINDS: dict[type, str] = {int: "a whole number", float: "a number", bool: "true or false"}
+
+
 @dataclass(frozen=True)
 class Config:
     """Each block of Fig. 5 gets its own slice and sees no other."""
@@ -53,7 +56,7 @@ def _checked(name: str, value: object, default: object) -> object:
     if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if type(value) is not type(default):
-        raise SlamError(f"setting {name} takes a {type(default).__name__}, not {value!r}")
+        raise SlamError(f"setting {name} takes {KINDS[type(default)]}, not {value!r}")
     return value
 
 
