@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cli import options
+from cli.live_line import LiveLine
 from cli.watching import WINDOW
 
 if TYPE_CHECKING:
     from sonarlog.log import Event
     from sonarlog.recorder import Plan, Status
     from sonarlog.viz.live import LiveView
-
-PLAIN_EVERY_S = 5.0
 
 
 @click.command("record")
@@ -106,10 +105,9 @@ def command(
         raise click.UsageError("the embedded robot's speed stands in its URL: sim://WORLD?speed=N")
     settings = dict(click.get_current_context().params, output=str(output))
     plan = _plan(settings)
-    line = _Line(quiet=quiet, verbose=verbose)
+    line = LiveLine(quiet=quiet, verbose=verbose)
     with _live(viz, output.name, force=force) as view, _interrupts() as stop, line:
         status = _record(settings, plan, line, view, stop)
-        line.clear()
         line.say(f"{output}: {_summary(status)}")
     return 130 if stop() or line.lost else 0
 
@@ -163,7 +161,7 @@ def _live(viz: str | None, title: str, *, force: bool) -> "Iterator[LiveView | N
 
 
 def _record(
-    settings: dict[str, Any], plan: "Plan", line: "_Line", view: "LiveView | None", stop: Callable[[], bool]
+    settings: dict[str, Any], plan: "Plan", line: LiveLine, view: "LiveView | None", stop: Callable[[], bool]
 ) -> "Status":
     from sonarlog.connection import Again
     from sonarlog.recorder import Recorder
@@ -227,57 +225,3 @@ def _summary(status: "Status") -> str:
         f"{status.sweeps} sweeps, {status.readings} readings, {status.sips} SIPs and {status.bad_packets} bad packets "
         f"in {status.t_ns / 1e9:.1f} s"
     )
-
-
-class _Line:
-    """The live line: rewritten on a terminal, a plain line now and then elsewhere."""
-
-    def __init__(self, *, quiet: bool, verbose: bool) -> None:
-        self._quiet = quiet
-        self._verbose = verbose
-        self._live = sys.stderr.isatty()
-        self.lost = False  # the terminal is gone
-        self._shown_s = time.monotonic()
-        self._width = 0
-
-    def __enter__(self) -> "_Line":
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.clear()
-
-    def show(self, status: "Status") -> None:
-        """How it is going, if it is time to say so."""
-        if self._quiet or not (self._live or time.monotonic() - self._shown_s >= PLAIN_EVERY_S):
-            return
-        self._shown_s = time.monotonic()
-        volts = "" if status.battery_volts is None else f", {status.battery_volts:.1f} V"
-        text = (
-            f"{status.t_ns / 1e9:7.1f} s, {status.sips_per_s:4.1f} SIPs/s, {status.sweeps} sweeps, "
-            f"{status.readings} readings, {status.bad_packets} bad packets{volts}"
-        )
-        if self._live:
-            self.clear()
-            self.say(text, nl=False)
-            self._width = len(text)
-        else:
-            self.say(text.strip())
-
-    def tell(self, event: "Event") -> None:
-        """An event above the line: what went wrong always, the rest if asked for."""
-        if self._verbose or (event.level != "info" and not self._quiet):
-            self.clear()
-            self.say(f"{event.t_ns / 1e9:7.1f} s {event.text}")
-
-    def clear(self) -> None:
-        """Wipe the live line."""
-        if self._width:
-            self.say("\r" + " " * self._width + "\r", nl=False)
-            self._width = 0
-
-    def say(self, text: str, *, nl: bool = True) -> None:
-        """Say it, if anybody is there to hear."""
-        try:
-            click.echo(text, err=True, nl=nl)
-        except OSError:
-            self.lost = True

@@ -1,5 +1,6 @@
 """The recorder against lines that do all that real ones do, in real processes: nothing is lost, nothing hangs."""
 
+import contextlib
 import os
 import pty
 import random
@@ -159,13 +160,35 @@ def test_a_recorder_held_up_says_stop_before_anything_else(seconds: float, tmp_p
 
 def test_a_terminal_that_is_lost_ends_the_recording_well(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
-    ours, theirs = pty.openpty()
+    terminal, theirs = pty.openpty()
     code = "from cli.main import main; main()"
     arguments = ["record", "--port", "sim://corridor?speed=20", "-o", str(path), "-v"]
     recorder = subprocess.Popen([sys.executable, "-c", code, *arguments], stderr=theirs, stdin=theirs)
     os.close(theirs)
-    while b"sweep 0 begins" not in os.read(ours, 4096):
+    while b"sweep 0 begins" not in os.read(terminal, 4096):
         assert recorder.poll() is None
-    os.close(ours)
+    os.close(terminal)
     assert recorder.wait(timeout=20) == 130
     assert read_log(path).events[-1].text == "the robot is stopped and closed"
+
+
+def test_a_terminal_that_is_held_holds_nothing_else(tmp_path: Path) -> None:
+    """Ctrl-S: nobody takes what the recorder says. A full pipe does the same."""
+    path = tmp_path / "a.mcap"
+    ours, theirs = os.pipe()
+    os.set_blocking(theirs, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(theirs, bytes(4096))
+    os.set_blocking(theirs, True)
+    with robot("--listen", "127.0.0.1:0", speed="5") as port:
+        code = "from cli.main import main; main()"
+        arguments = ["record", "--port", port, "-o", str(path), "--speed", "5", "--time", "20", "--drive", "none", "-v"]
+        recorder = subprocess.Popen([sys.executable, "-c", code, *arguments], stderr=theirs)
+        assert recorder.wait(timeout=20) == 0
+    os.close(ours)
+    os.close(theirs)
+    report = check(path)
+    assert report.timing is not None
+    assert report.timing.longest_ms < 5000  # a second of ours
+    assert report.timing.sips > 180
