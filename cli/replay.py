@@ -2,11 +2,15 @@
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from cli.options import FILE, FOLDER, algorithm_settings, as_json, force, quiet, settings_from
 from cli.watching import WINDOW, Watch
+
+if TYPE_CHECKING:
+    from slam.algorithms import Algorithm
 
 
 @click.command("replay")
@@ -27,6 +31,11 @@ from cli.watching import WINDOW, Watch
     metavar="[FILE.rrd]",
     help="Inspect sweep by sweep in Rerun's viewer, or save that to a file.",
 )
+@click.option(
+    "--perturb",
+    metavar="1ulp|1mm|drop=1%",
+    help="How far poses and map move when the input moves by so little; no run is written.",
+)
 @force
 @as_json
 @quiet
@@ -38,6 +47,7 @@ def command(
     output: Path | None,
     folder: Path | None,
     viz: str | None,
+    perturb: str | None,
     force: bool,
     as_json: bool,
     quiet: bool,
@@ -61,6 +71,9 @@ def command(
     from sonarlog.replay import replay
 
     chosen = algorithm(name or DEFAULT).configured(settings_from(config, changes))
+    if perturb is not None:
+        _perturbed(recording, chosen, perturb, as_json=as_json, quiet=quiet)
+        return
     if output is None and (viz is None or folder is not None):
         output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
     if folder is not None:
@@ -81,3 +94,25 @@ def command(
     if not quiet:
         for line in told(result.counts):
             click.echo(line, err=True)
+
+
+def _perturbed(recording: Path, chosen: "Algorithm", text: str, *, as_json: bool, quiet: bool) -> None:
+    from cli.progress import progress
+    from sonarlog.perturb import Perturbation, sensitivity
+
+    perturbation = Perturbation.parse(text)
+    with progress("replaying twice", quiet=quiet) as advance, Watch(advance) as watch:
+        found = sensitivity(recording, chosen, perturbation, watch)
+    if as_json:
+        click.echo(json.dumps(vars(found)))
+        return
+    chained = "its walls chained as before"
+    if found.parted is not None:
+        chained = f"its walls chained otherwise from sweep {found.parted} on"
+    click.echo(
+        f"moved by {found.text}: poses by up to {found.largest_mm:.3g} mm (sweep {found.sweep}) and "
+        f"{found.largest_deg:.2g}°, {found.end_mm:.3g} mm at the end; {found.cells} of {found.known} known cells; "
+        f"{chained}"
+    )
+    if found.sweeps[0] != found.sweeps[1]:
+        click.echo(f"{found.sweeps[0]} sweeps became {found.sweeps[1]}")
