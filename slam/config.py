@@ -13,7 +13,6 @@ from slam.map_extension import MapConfig
 from slam.reliability import ReliabilityConfig
 from slam.self_calibration import SelfCalibrationConfig
 
-
 KINDS: dict[type, str] = {int: "a whole number", float: "a number", bool: "true or false"}
 
 
