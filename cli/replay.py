@@ -32,6 +32,20 @@ if TYPE_CHECKING:
     help="Inspect sweep by sweep in Rerun's viewer, or save that to a file.",
 )
 @click.option(
+    "--checkpoint-every",
+    type=click.IntRange(1),
+    default=None,
+    metavar="N",
+    help="Keep the whole state in the run after every N sweeps.",
+)
+@click.option(
+    "--from",
+    "start",
+    type=click.IntRange(0),
+    metavar="SWEEP",
+    help="Go on from the last checkpoint before it in the run (-o); the run is only read.",
+)
+@click.option(
     "--perturb",
     metavar="1ulp|1mm|drop=1%",
     help="How far poses and map move when the input moves by so little; no run is written.",
@@ -47,6 +61,8 @@ def command(
     output: Path | None,
     folder: Path | None,
     viz: str | None,
+    checkpoint_every: int | None,
+    start: int | None,
     perturb: str | None,
     force: bool,
     as_json: bool,
@@ -76,11 +92,14 @@ def command(
         return
     if output is None and (viz is None or folder is not None):
         output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
+    if start is not None and output is not None:
+        _resumed(recording, chosen, output, start, as_json=as_json, quiet=quiet)
+        return
     if folder is not None:
         check_free(folder, force=force)
     title = f"{recording.name} {chosen.name}"
     with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
-        result = replay(recording, chosen, output, force=force, watcher=watch)
+        result = replay(recording, chosen, output, force=force, watcher=watch, checkpoint_every=checkpoint_every or 0)
     if folder is not None and output is not None:
         from sonarlog.runs import read_run
 
@@ -94,6 +113,18 @@ def command(
     if not quiet:
         for line in told(result.counts):
             click.echo(line, err=True)
+
+
+def _resumed(recording: Path, chosen: "Algorithm", run: Path, start: int, *, as_json: bool, quiet: bool) -> None:
+    from cli.progress import progress
+    from sonarlog.checkpoints import resume
+
+    with progress("replaying", quiet=quiet) as advance, Watch(advance) as watch:
+        result, begin = resume(recording, chosen, run, start, watch)
+    if as_json:
+        click.echo(json.dumps({"run": str(run), "from": begin, "digest": result.digest, **result.counts}))
+    else:
+        click.echo(f"{result.digest}  from sweep {begin} of {result.sweeps} of {run}, {chosen.name} {chosen.version}")
 
 
 def _perturbed(recording: Path, chosen: "Algorithm", text: str, *, as_json: bool, quiet: bool) -> None:

@@ -23,6 +23,7 @@ SHOWN = 5
 @click.argument("path", type=FILE, metavar="RUN")
 @click.argument("recording", type=FILE, required=False)
 @click.option("--code", metavar="git:REV|run", help="Replay with the code of a git revision, or of the run's own.")
+@click.option("--jobs", type=click.IntRange(1), default=1, metavar="N", help="Check a run with checkpoints in N parts.")
 @click.option("--dump", "folder", type=FOLDER, help="Write the first differing block's inputs and outputs here.")
 @force
 @as_json
@@ -31,6 +32,7 @@ def command(
     path: Path,
     recording: Path | None,
     code: str | None,
+    jobs: int,
     folder: Path | None,
     force: bool,
     as_json: bool,
@@ -47,21 +49,55 @@ def command(
       sonarlog verify corridor.paper.run.mcap --code run --dump apart
     """
     from sonarlog.runs import read_run
-    from sonarlog.verify import compare, dump, find_recording
+    from sonarlog.verify import Verified, compare, dump, find_recording
 
     run = read_run(path)
     revision = _revision(run, code)
     _warn(run, revision)
-    with _again(run, find_recording(run, recording), revision, quiet=quiet) as again:
+    recording = find_recording(run, recording)
+    if jobs > 1 and revision is None and _same_in_parts(run, recording, jobs):
+        same = Verified((len(run.sweeps), len(run.sweeps)), (run.digest, run.digest), None, 0.0, 0.0, 0)
+        _say(same, as_json=as_json)
+        return 0
+    with _again(run, recording, revision, quiet=quiet) as again:
         found = compare(run, again)
     if folder is not None and found.first is not None:
         written = dump(found.first, folder, force=force)
         click.echo(f"written: {', '.join(map(str, written))}", err=True)
+    _say(found, as_json=as_json)
+    return 0 if found.same else 1
+
+
+def _say(found: "Verified", *, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(found.as_dict(), indent=2))
     else:
         _tell(found)
-    return 0 if found.same else 1
+
+
+def _same_in_parts(run: "Run", recording: Path, jobs: int) -> bool:
+    """Whether every stretch between the run's checkpoints comes out the same, each in a process of its own.
+
+    What differs somewhere is then found by a replay of the whole.
+    """
+    from concurrent.futures import ProcessPoolExecutor
+    from itertools import repeat
+    from multiprocessing import get_context
+
+    from slam.algorithms import algorithm
+    from sonarlog.checkpoints import stretch_is_same, stretches
+    from sonarlog.runs import identify
+
+    count = len(stretches(run))
+    if count == 1:
+        click.echo(f"sonarlog: {run.path} keeps no checkpoints: checked in one part", err=True)
+        return False
+    chosen = algorithm(run.identity.algorithm).configured(run.identity.config)
+    if identify(run.identity.recording_digest, chosen).asked() != run.identity.asked():
+        return False
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        parts = pool.map(stretch_is_same, repeat(recording), repeat(chosen), repeat(run.path), range(count))
+        return all(parts)
 
 
 def _revision(run: "Run", code: str | None) -> str | None:

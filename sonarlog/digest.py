@@ -84,6 +84,13 @@ class RunDigest:
         self._map = MapDigest()
         self._map_digest = digest(None)
 
+    @classmethod
+    def after(cls, chain: str, grid: Grid) -> "RunDigest":
+        """Going on from a chain and the map at that moment."""
+        made = cls(None)
+        made.chain, made._map_digest = chain, made._map.of(grid)
+        return made
+
     def add(self, step: Step) -> dict[str, str]:
         """Take one step in; the digests of its blocks by letter, and of the map."""
         self.blocks = step_blocks(step)

@@ -56,9 +56,11 @@ def replay(
     force: bool = False,
     cutting: CutConfig | None = None,
     watcher: Watcher | None = None,
+    checkpoint_every: int = 0,
 ) -> Replayed:
     """Replay a recording and write the run (None: only its digest is made).
 
+    With `checkpoint_every` the run keeps the whole state after so many sweeps, again and again.
     `watcher` sees the log before the first step, and each step as it comes. Raises NoSweeps, and what reading the
     recording and writing the run raise; a run that fails leaves no file.
     """
@@ -67,7 +69,10 @@ def replay(
     counts = used_and_left_out(log, sweeps)
     identity = identify(recording_digest(recording), algorithm)
     result = RunDigest(identity.asked())
-    with RunWriter(output, identity, recording=recording, force=force) if output else nullcontext() as writer:
+    run = None
+    if output is not None:
+        run = RunWriter(output, identity, recording=recording, force=force, checkpoint_every=checkpoint_every)
+    with run or nullcontext() as writer:
         if watcher:
             watcher.begin(log, len(sweeps.sweeps))
         for step in replay_sweeps(log, sweeps, algorithm):

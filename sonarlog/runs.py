@@ -20,7 +20,7 @@ from slam.config import settings
 from slam.geometry import Pose
 from slam.grid import Grid, Patch
 from slam.pipeline import Step
-from sonarlog.canonical import joined, parted
+from sonarlog.canonical import canonical, joined, parted
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Surfaces, Truth
@@ -34,6 +34,8 @@ VERSION = 1
 """Of the run file; a reader refuses newer ones by name."""
 
 BLOCKS_TOPIC = "/blocks"
+CHECKPOINTS_TOPIC = "/checkpoints"
+CHECKPOINTS_SCHEMA = "Number of sweeps done (uint32), canonical bytes of slam.pipeline.State: see docs/determinism.md"
 BLOCKS_SCHEMA = "Canonical bytes of what each block made of the sweep, by letter: see docs/determinism.md"
 STEP_SCHEMA = json.dumps({"type": "object", "title": "sonarlog step", "description": "see docs/runs.md"})
 
@@ -121,15 +123,29 @@ class RunWriter:
     """
 
     def __init__(
-        self, path: Path | str, identity: RunIdentity, *, recording: Path | str = "", force: bool = False
+        self,
+        path: Path | str,
+        identity: RunIdentity,
+        *,
+        recording: Path | str = "",
+        force: bool = False,
+        checkpoint_every: int = 0,
     ) -> None:
-        """`recording` is where the recording was found: a fact about this machine, kept for `verify`."""
+        """`recording` is where the recording was found: a fact about this machine, kept for `verify`.
+
+        The whole state is kept after every `checkpoint_every` sweeps (0: never).
+        """
         self._identity = identity
         self._recording = str(recording)
         self._writer = McapWriter(path, force=force, keep=False)
         self._topics = RunTopics(self._writer)
         self._steps = self._writer.channel("/step", "sonarlog.Step", STEP_SCHEMA, encoding="json")
         self._blocks = self._writer.channel(BLOCKS_TOPIC, "sonarlog.Blocks", BLOCKS_SCHEMA, encoding="canonical")
+        self._every = checkpoint_every
+        if checkpoint_every:
+            self._checkpoints = self._writer.channel(
+                CHECKPOINTS_TOPIC, "sonarlog.State", CHECKPOINTS_SCHEMA, encoding="canonical"
+            )
         self._count = 0
 
     def add(self, step: Step, digests: Mapping[str, str], result: RunDigest, truth: Pose | None = None) -> None:
@@ -143,6 +159,9 @@ class RunWriter:
         self._writer.write(self._blocks, data["t_ns"], joined(result.blocks))
         self._topics.add(step, self._count, result.chain)
         self._count += 1
+        if self._every and self._count % self._every == 0:
+            state = self._count.to_bytes(4, "little") + canonical(step.state)
+            self._writer.write(self._checkpoints, data["t_ns"], state)
 
     def finish(self, result: RunDigest, grid: Grid, counts: Mapping[str, int], surfaces: Surfaces | None) -> None:
         """Write the final map, the digests and the metadata."""
