@@ -282,8 +282,11 @@ class Recorder:
             if goodbye:
                 self._transcript.wire(t_ns, "tx", goodbye)
                 self._transcript.event(Event(t_ns, "info", "the robot is stopped and closed"))
-            while link.now_ns() - t_ns < self._plan.patience_ns // 5:
-                if data := link.read(POLL_S):
+            waited_ns, heard = 0, True
+            while waited_ns < self._plan.patience_ns // 5 or (heard and waited_ns < 2 * self._plan.patience_ns):
+                data = link.read(POLL_S)
+                heard, waited_ns = bool(data), link.now_ns() - t_ns
+                if data:
                     self._transcript.wire(link.now_ns(), "rx", data)
         except SonarlogError:
             pass  # the line is gone, or the file has failed, and refuses everything from then on

@@ -1,9 +1,12 @@
 """A line that is not to be trusted: a proxy between recorder and robot that does what bad cables do, by a seed."""
 
+import fcntl
 import os
 import random
 import select
 import socket
+import sys
+import termios
 import threading
 import time
 import tty
@@ -138,9 +141,17 @@ class FaultyLine:
         finally:
             self.closes += time.monotonic() >= end or self._unplug.is_set()
             self._unplug.clear()
-            time.sleep(0.15)  # what was delivered is read before the line goes
+            time.sleep(0.15)
             if self._folder:
+                self._wait_until_read()
                 os.close(self._keep)
+
+    def _wait_until_read(self) -> None:
+        """What a pseudo terminal holds when it is closed is gone, and was never delivered."""
+        for _ in range(100):
+            if int.from_bytes(fcntl.ioctl(self._keep, termios.FIONREAD, bytes(4)), sys.byteorder) == 0:
+                return
+            time.sleep(0.02)
 
     def _happens(self, fault: str) -> bool:
         return fault in self._faults and self._chance.random() < RATES[fault]

@@ -103,7 +103,7 @@ def test_a_sound_recording_is_called_sound(sound: Path, wire: Wire, capsys: pyte
         (flipped, r"bad packets \("),
         (lambda wire: [(t, way, b"WMS2\r" + data) for t, way, data in wire], "bytes between packets"),
         (without(10, 13), "a gap of 3."),
-        (without(10, 13), "part of a circle|of its packets are missing"),
+        (without(10, 14), "part of a circle|of its packets are missing"),
         (without(24, 1000), "° are no full circle"),
         (sips(lambda sip: None if sip.heading % 7 == 0 else sip), "SIPs never came"),
         (reset, "controller was reset 1 time"),
