@@ -34,9 +34,11 @@ def outcomes(configurations: list[Configuration], arguments: list[str], slow: li
     """Run the probe in every configuration; the slow ones get their own arguments, a part of the work."""
     first: dict[str, dict[str, str]] | None = None
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = [pool.submit(_probed, each, slow if each.slow else arguments) for each in configurations]
-        for each, job in zip(configurations, jobs, strict=True):
-            made = job.result()
+        # The slow ones begin first, and are told in their turn.
+        order = sorted(configurations, key=lambda each: not each.slow)
+        jobs = {each.name: pool.submit(_probed, each, slow if each.slow else arguments) for each in order}
+        for each in configurations:
+            made = jobs[each.name].result()
             if isinstance(made, str):
                 yield Outcome(each.name, SKIPPED if each.skipped else FAILED, why=made)
             else:
