@@ -8,12 +8,34 @@ from slam.association import AssociationConfig
 from slam.errors import SlamError
 from slam.features import FeatureConfig
 from slam.frontier import FrontierConfig
+from slam.grid import LIMIT
 from slam.localisation import LocalisationConfig
 from slam.map_extension import MapConfig
 from slam.reliability import ReliabilityConfig
 from slam.self_calibration import SelfCalibrationConfig
 
 KINDS: dict[type, str] = {int: "a whole number", float: "a number", bool: "true or false"}
+
+RANGES: Mapping[str, tuple[float, float]] = {
+    "self_calibration.bearing_sigma_deg": (0.01, 90.0),
+    "self_calibration.scale_sigma": (1e-6, 1.0),
+    "self_calibration.mounting_sigma_deg": (0.001, 90.0),
+    "reliability.arcs.min_readings": (2, LIMIT),
+    "reliability.arcs.min_sonars": (1, LIMIT),
+    "reliability.driving.min_readings": (3, LIMIT),
+    "reliability.driving.min_baseline_m": (0.01, 100.0),
+    "features.corner_min_angle_deg": (1.0, 179.0),
+    "features.corner_max_angle_deg": (1.0, 179.0),
+    "localisation.angle_step_deg": (0.01, 45.0),
+    "localisation.window": (1, 501),
+    "localisation.cell_m": (0.001, 1.0),
+    "map.cell_m": (0.01, 1.0),
+    "map.free_from": (-LIMIT, -1),
+    "map.occupied_from": (1, LIMIT),
+    "frontier.min_cells": (1, LIMIT),
+    "frontier.settle_m": (0.01, 100.0),
+}
+"""From where to where a setting makes sense; those not named are whole numbers from 0 to LIMIT, or go from 0 to 360."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +75,13 @@ def configured(config: Config, changes: Mapping[str, object]) -> Config:
 
 def _checked(name: str, value: object, default: object) -> object:
     if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
+        value = float(value)
     if type(value) is not type(default):
         raise SlamError(f"setting {name} takes {KINDS[type(default)]}, not {value!r}")
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        low, high = RANGES.get(name, (0, LIMIT) if isinstance(value, int) else (0.0, 360.0))
+        if not low <= value <= high:
+            raise SlamError(f"setting {name} goes from {low:g} to {high:g}; it cannot be {value:g}")
     return value
 
 
