@@ -1,7 +1,7 @@
 """`make determinism`: one digest in all configurations, or which of them differs and where.
 
-Prints the tables; with --write they also go into docs/determinism.md; with --quick the emulated machine replays only the
-shortest recording. Exit 0: all the same, 1: not.
+Prints the tables; with --write they also go into docs/determinism.md; with --quick the emulated machine replays
+only the shortest recording. Exit 0: all the same, 1: not.
 """
 
 import sys
