@@ -50,6 +50,7 @@ class Connection:
         self._outage: _Outage | None = None
         self._met = False  # SIPs have flowed once
         self._bauds: Iterator[int] | None = None
+        self._first_baud = 0
         self._first_refusal: NoAnswer | None = None  # before other rates were tried
         self._slower: tuple[int, int] | None = None  # the rate before the change, and when that was
         self._asked_for_speed = False
@@ -122,7 +123,8 @@ class Connection:
             return False
         if self._bauds is None:
             self._bauds = iter([rate for rate in BAUDS if rate != baud])
-        rate = next(self._bauds, None)
+            self._first_baud = baud
+        rate = self._first_baud if self.session.cleared and baud != self._first_baud else next(self._bauds, None)
         if rate is None:
             return False
         self._event("warn", f"no answer at {baud} baud: trying {rate}")

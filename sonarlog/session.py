@@ -117,6 +117,11 @@ class Session:
         return self._sip_ns
 
     @property
+    def cleared(self) -> bool:
+        """A robot still open was closed; it may have gone back to its own baud rate with that."""
+        return self._cleared > 0
+
+    @property
     def open(self) -> bool:
         """SIPs flow."""
         return self.stage is Stage.OPEN

@@ -73,6 +73,8 @@ class Bench:
         for piece in Framer().feed(data, 0):
             assert isinstance(piece, Frame)
             number, argument = parse_command(piece.body)
+            if number == Command.CLOSE and self._sim.robot.is_open:
+                self.robot_baud = 9600
             self.commands.append((number, argument))
             if self._obeys and self.commands[-1] == (Command.HOSTBAUD, 2):
                 self.robot_baud = 38400
@@ -106,6 +108,20 @@ def test_a_robot_at_another_rate_is_found(baud: int, tmp_path: Path) -> None:
     log, texts = record(tmp_path / "a.mcap", Bench(baud), replace(SIMULATED, limit_ns=30 * SECOND))
     assert len(log.odometry.t_ns) > 50
     assert "no answer at 9600 baud: trying 38400" in texts
+
+
+def test_a_robot_left_open_at_another_rate_is_closed_and_found_at_its_own(tmp_path: Path) -> None:
+    """What a client leaves that was killed after HOSTBAUD."""
+    bench = Bench()
+    for command in (0, 1, 2):
+        bench.write(encode_command(command))
+        bench.read(1.0)
+    bench.write(encode_command(Command.OPEN, 1))
+    bench.robot_baud = 38400
+    log, texts = record(tmp_path / "a.mcap", bench, replace(SIMULATED, limit_ns=30 * SECOND))
+    assert "the robot was still open from another session: closing it first" in texts
+    assert bench.rates == [9600, 38400, 9600]
+    assert len(log.odometry.t_ns) > 50
 
 
 def test_a_robot_at_no_rate_is_given_up(tmp_path: Path) -> None:

@@ -25,6 +25,8 @@ class OutputExists(SonarlogError):
     def __init__(self, path: Path, kept: Path | None = None) -> None:
         what = " (never finished, or still being written)" if path.suffix == PARTIAL else ""
         rest = f"; what was written is in {kept}" if kept else ": choose another name, or give --force"
+        if path.suffix == PARTIAL and not kept:
+            rest += f" (`sonarlog recover {path} -o NEW` saves what is in it)"
         super().__init__(f"{path} exists{what} and is not overwritten{rest}")
 
 
