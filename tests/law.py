@@ -112,7 +112,7 @@ def _judge_call(node: ast.Call, sets: set[str]) -> Iterator[str]:
         module = node.func.value.id if isinstance(node.func.value, ast.Name) else ""
         if name in REDUCTIONS and module != "dmath":
             yield "sums in an order of its own: dmath.total, dmath.mean"
-        if name in UNSTABLE:
+        if name in UNSTABLE and not (node.args and _is_text(node.args[0])):
             yield "leaves ties as they fall: argsort(kind='stable')"
         if name == "argsort" and not (isinstance(given.get("kind"), ast.Constant) and _is(given["kind"], "stable")):
             yield "leaves ties as they fall: kind='stable'"
@@ -143,6 +143,10 @@ def _order_free(tree: ast.AST) -> set[ast.AST]:
 
 def _is(node: ast.expr, value: object) -> bool:
     return isinstance(node, ast.Constant) and node.value == value
+
+
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
 def _counts(node: ast.Call) -> bool:

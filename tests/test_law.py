@@ -15,7 +15,7 @@ BOUND = sorted(
         *(SONARLOG / "sim").glob("*.py"),
         *(SONARLOG / "protocol").glob("*.py"),
         *(SONARLOG / "imports").glob("*.py"),
-        *(SONARLOG / name for name in ("decode.py", "sweeps.py", "log.py", "robot.py", "digest.py")),
+        *(SONARLOG / name for name in ("decode.py", "sweeps.py", "log.py", "robot.py", "canonical.py", "digest.py")),
         *(SONARLOG / "recording" / name for name in ("topics.py", "layout.py")),
     ]
 )
@@ -61,7 +61,7 @@ def test_no_leave_is_given_that_nobody_takes() -> None:
         "sum(xs)", "sum(x * x for x in xs)", "np.sum(x)", "x.sum()", "x.mean(axis=0)", "np.std(x)", "np.add.reduce(x)",
         "np.average(x)", "x.prod()", "np.interp(x, a, b)",
         "x ** 0.5", "x ** 2", "x **= 2", "pow(x, 2)", "2 ** k",
-        "np.argsort(x)", "x.argsort()", "np.argsort(x, kind='quicksort')", "np.argpartition(x, 3)",
+        "np.argsort(x)", "x.argsort()", "np.argsort(x, kind='quicksort')", "np.argpartition(x, 3)", "x.partition(3)",
         "for x in {1, 2}: pass", "[x for x in set(xs)]", "list({x for x in xs})", "(*frozenset(xs),)",
         "seen = set()\nfor x in seen: pass", "seen: set[int] = f()\ntuple(seen)", "def f(a: set[int]): return list(a)",
         "seen = set()\nfor x in seen | other: pass", "seen = set(xs)\nseen.pop()",
@@ -82,6 +82,7 @@ def test_a_planted_breach_is_named(planted: str) -> None:
         "np.argsort(x, kind='stable')", "sorted({r for a in b for r in a})", "x in {1, 2}", "len(set(xs))",
         "taken = set()\ntaken.update(places)\nany(p in taken for p in places)", "rows.pop()", "from math import sqrt",
         "seen = set(xs)\nmax(x for x in seen)", "np.unique(x)",
+        "text.partition(':')",
     ],
 )  # fmt: skip
 def test_honest_code_is_left_alone(honest: str) -> None:

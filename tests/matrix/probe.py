@@ -16,12 +16,17 @@ import numpy as np
 from slam import dmath
 from slam.algorithms import ALGORITHMS, DEFAULT, algorithm
 from sonarlog.digest import RunDigest, digest
+from sonarlog.imports import udacity
+from sonarlog.imports.rows import write_rows
 from sonarlog.recorder import Plan, Recorder
 from sonarlog.recording import RecordingWriter, read_log, recording_digest
 from sonarlog.replay import replay_sweeps, sweeps_of
 from sonarlog.route import parse_route
 from sonarlog.runs import identify
 from sonarlog.sim.link import open_sim
+
+REAL = Path(__file__).parents[3] / "shared" / "data" / "udacity_corridor"
+"""A real robot's log, as its course gave it out; left out where it is not at hand."""
 
 URL, ROUTE = "sim://corridor?seed=1&speed=0", "scan; follow 0.8; scan; follow 0.8; scan"
 
@@ -55,13 +60,22 @@ def recorded(path: Path) -> None:
         Recorder(link, writer, Plan(parse_route(ROUTE)), wall_ns=link.now_ns).run(lambda: False)
 
 
-def results(paths: list[Path], names: list[str]) -> dict[str, str]:
+def imported(path: Path) -> None:
+    """The real corridor as a recording."""
+    rows = udacity.rows(REAL / "measurement.txt", REAL / "poses.txt")
+    write_rows(path, rows, udacity.robot(), source=REAL / "measurement.txt", command_line="probe", config={})
+
+
+def results(paths: list[Path], names: list[str], *, real: bool) -> dict[str, str]:
     """Digests by what was computed."""
     made = {"dmath": dmath_digest()}
     with tempfile.TemporaryDirectory() as folder:
         simulated = Path(folder) / "embedded robot"
         recorded(simulated)
         made["embedded robot, wire"] = recording_digest(simulated)
+        if real:
+            paths = [Path(folder) / "real corridor", *paths]
+            imported(paths[0])
         for path in (simulated, *paths):
             made |= {f"{path.name.removesuffix('.mcap')}, {name}": each for name, each in replayed(path, names).items()}
     return made
@@ -87,7 +101,11 @@ def main(arguments: list[str]) -> None:
     paths = [Path(argument) for argument in arguments if argument != "--short"]
     facts = {"python": platform.python_version(), "numpy": np.__version__, "machine": platform.machine()}
     names = [DEFAULT] if short else list(ALGORITHMS)
-    print(json.dumps({"facts": facts, "canaries": canaries(), "results": results(paths, names)}))
+    print(
+        json.dumps(
+            {"facts": facts, "canaries": canaries(), "results": results(paths, names, real=REAL.is_dir() and not short)}
+        )
+    )
 
 
 if __name__ == "__main__":
