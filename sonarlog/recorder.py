@@ -137,9 +137,8 @@ class Recorder:
         now_ns, counts = self._now_ns(), self._decoder.counts
         before_ns, sips_before = self._reported
         rate = (counts["sips"] - sips_before) * SECOND / max(1, now_ns - before_ns)
-        sweeps = self._driver.sweeps if self._driver else 0
-        volts = self._transcript.volts
-        return Status(now_ns, counts["sips"], rate, sweeps, counts["readings"], counts["bad_packets"], volts)
+        done = (self._driver.sweeps if self._driver else 0, counts["readings"], counts["bad_packets"])
+        return Status(now_ns, counts["sips"], rate, *done, self._transcript.volts)
 
     def _now_ns(self) -> int:
         return self._connection.link.now_ns()
@@ -277,20 +276,25 @@ class Recorder:
         """Stop and close the robot, whatever the file says; keep what it still sends if the file takes it."""
         link, goodbye = self._connection.link, self._session.leave()
         try:
-            link.write(goodbye)
-            t_ns = link.now_ns()
             if goodbye:
-                self._transcript.wire(t_ns, "tx", goodbye)
-                self._transcript.event(Event(t_ns, "info", "the robot is stopped and closed"))
-            waited_ns, heard = 0, True
-            while waited_ns < self._plan.patience_ns // 5 or (heard and waited_ns < 2 * self._plan.patience_ns):
-                data = link.read(POLL_S)
-                heard, waited_ns = bool(data), link.now_ns() - t_ns
-                if data:
-                    self._transcript.wire(link.now_ns(), "rx", data)
+                self._transmit(goodbye)
+                self._transcript.event(Event(link.now_ns(), "info", "the robot is stopped and closed"))
+            self._listen_out(goodbye)
         except SonarlogError:
             pass  # the line is gone, or the file has failed, and refuses everything from then on
         finally:
             link.close()
             with suppress(SonarlogError):  # after an error it is the error that counts
                 self._scribe.close()
+
+    def _listen_out(self, goodbye: bytes) -> None:
+        """Until nothing comes any more; a robot that goes on talking has not heard the goodbye."""
+        link, patience_ns = self._connection.link, self._plan.patience_ns
+        begin_ns = heard_ns = said_ns = link.now_ns()
+        while (now_ns := link.now_ns()) - heard_ns < patience_ns // 5 and now_ns - begin_ns < 2 * patience_ns:
+            if data := link.read(POLL_S):
+                heard_ns = link.now_ns()
+                self._transcript.wire(heard_ns, "rx", data)
+            if goodbye and heard_ns - said_ns > patience_ns // 2:
+                said_ns = heard_ns
+                self._transmit(goodbye)

@@ -21,9 +21,13 @@ from sonarlog.recording.reader import read_wire
 from tests.faulty_line import FAULTS, FaultyLine
 from tests.processes import robot, start
 
-EARLY = ("no robot answers", "the line to the robot broke")  # nothing to come back to before the first SIP
+EARLY = (
+    "no robot answers",
+    "the line to the robot broke",
+    "there is no such port",
+)  # nothing to come back to before the first SIP
 SPEED = "20"
-TAIL = 2048  # bytes that may come to a port after the recorder has left it
+TAIL = 8192  # bytes that may come to a port after the recorder has left it: the line may have held them back
 
 
 def received(path: Path) -> bytes:

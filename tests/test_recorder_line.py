@@ -191,6 +191,21 @@ def test_a_pressed_stop_button_halts_the_route_and_the_robot_is_left_safe(tmp_pa
     assert len(read_log(tmp_path / "a.mcap").odometry.t_ns) > 40
 
 
+def test_a_goodbye_that_is_not_heard_is_said_again(tmp_path: Path) -> None:
+    bench = Bench()
+    write, deaf = bench.write, [True]
+
+    def lose_the_first(data: bytes) -> None:
+        if data.endswith(encode_command(Command.CLOSE, 1)) and deaf.pop():
+            deaf.append(False)
+            return
+        write(data)
+
+    bench.write = lose_the_first  # type: ignore[method-assign]
+    record(tmp_path / "a.mcap", bench, replace(SIMULATED, limit_ns=3 * SECOND))
+    assert bench.commands[-1] == (Command.CLOSE, 1)
+
+
 def test_an_exception_anywhere_leaves_the_robot_stopped(tmp_path: Path) -> None:
     def fail(_event: Event) -> None:
         if any(number == Command.VEL for number, _ in bench.commands):
