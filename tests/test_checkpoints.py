@@ -1,6 +1,7 @@
 """A replay that goes on from a checkpoint ends with the digest of the whole one."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -13,19 +14,17 @@ from sonarlog.restore import restored
 from sonarlog.runs import Run, read_run
 from tests.golden_runs import ROOT
 
-BEND = ROOT / "recordings" / "bend.mcap"
-
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    path = tmp_path_factory.mktemp("checkpoints") / "bend.run.mcap"
-    assert sonarlog(["replay", str(BEND), "-o", str(path), "--checkpoint-every", "10", "-q"]) == 0
+def run(short_recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    path = tmp_path_factory.mktemp("checkpoints") / "short.run.mcap"
+    assert sonarlog(["replay", str(short_recording), "-o", str(path), "--checkpoint-every", "1", "-q"]) == 0
     return read_run(path)
 
 
 def test_states_come_back_whole(run: Run) -> None:
     kept = read_checkpoints(run)
-    assert [each.sweep for each in kept] == [10, 20]
+    assert [each.sweep for each in kept] == [1, 2, 3]
     for each in kept:
         state = each.restored()
         assert isinstance(state, State)
@@ -40,31 +39,33 @@ def test_a_value_of_another_type_is_refused() -> None:
         restored(State, read_canonical(canonical({"poses": []})))
 
 
-@pytest.mark.parametrize(("start", "begin"), [(10, 10), (19, 10), (24, 20), (1000, 20)])
+@pytest.mark.parametrize(("start", "begin"), [(1, 1), (2, 2), (1000, 3)])
 def test_going_on_ends_with_the_same_digest(
-    run: Run, start: int, begin: int, capsys: pytest.CaptureFixture[str]
+    run: Run, short_recording: Path, start: int, begin: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["replay", str(BEND), "-o", str(run.path), "--from", str(start), "-q", "--json"]
+    words = ["replay", str(short_recording), "-o", str(run.path), "--from", str(start), "-q", "--json"]
     assert sonarlog(words) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["from"], told["digest"]) == (begin, run.digest)
 
 
-def test_no_checkpoint_and_another_recording_are_the_users_fault(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    assert sonarlog(["replay", str(BEND), "-o", str(run.path), "--from", "9", "-q"]) == 2
-    assert "keeps no checkpoint before sweep 9" in capsys.readouterr().err
-    assert sonarlog(["replay", str(BEND.with_name("loop.mcap")), "-o", str(run.path), "--from", "10", "-q"]) == 2
-    assert sonarlog(["replay", str(BEND), "-o", str(run.path), "--from", "10", "--algorithm", "odometry", "-q"]) == 2
+def test_no_checkpoint_and_another_recording_are_the_users_fault(
+    run: Run, short_recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["-o", str(run.path), "-q", "--from"]
+    assert sonarlog(["replay", str(short_recording), *words, "0"]) == 2
+    assert "keeps no checkpoint before sweep 0" in capsys.readouterr().err
+    assert sonarlog(["replay", str(ROOT / "recordings" / "bend.mcap"), *words, "1"]) == 2
+    assert sonarlog(["replay", str(short_recording), *words, "1", "--algorithm", "odometry"]) == 2
 
 
-def test_every_stretch_is_checked_by_itself(run: Run) -> None:
-    assert [(each.begin, each.end) for each in stretches(run)] == [(0, 10), (10, 20), (20, len(run.sweeps))]
-    assert stretch_is_same(BEND, algorithm("paper"), run.path, 1)
-    other = algorithm("paper").configured({"association.d1_m": 0.01})
-    assert not stretch_is_same(BEND, other, run.path, 1)
+def test_every_stretch_is_checked_by_itself(run: Run, short_recording: Path) -> None:
+    assert [(each.begin, each.end) for each in stretches(run)] == [(0, 1), (1, 2), (2, 3)]
+    assert all(stretch_is_same(short_recording, algorithm("paper"), run.path, k) for k in range(3))
+    other = algorithm("paper").configured({"association.a1_deg": 0.001})
+    assert not stretch_is_same(short_recording, other, run.path, 1)
 
 
-@pytest.mark.slow
-def test_verify_checks_in_parts(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    assert sonarlog(["verify", str(run.path), str(BEND), "--jobs", "2", "-q"]) == 0
+def test_verify_checks_in_parts(run: Run, short_recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sonarlog(["verify", str(run.path), str(short_recording), "--jobs", "2", "-q"]) == 0
     assert capsys.readouterr() == (f"identical: {len(run.sweeps)} sweeps, digest {run.digest}\n", "")

@@ -1,6 +1,7 @@
 """What was planted is found: an ulp in any block, a changed constant, an altered file; and `sonarlog verify`."""
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +17,7 @@ from slam.association import associate
 from slam.reliability import analyse_reliability
 from slam.sweep import Sweep
 from sonarlog.apart import apart, plain, ulps_between
-from sonarlog.recorder import Plan, Recorder
-from sonarlog.recording import RecordingWriter
-from sonarlog.route import parse_route
 from sonarlog.runs import BadRun, read_run
-from sonarlog.transport import open_link
 from sonarlog.verify import CannotDump, compare, dump
 from tests.made_runs import drifting, made_run
 
@@ -157,14 +154,9 @@ def test_where_values_part() -> None:
     assert list(apart(a, a)) == []
 
 
-@pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("recorded") / "corridor.mcap"
-    link = open_link("sim://corridor?seed=1", lambda: 0)
-    with RecordingWriter(path, started_wall_ns=0, command_line="test", config={}) as writer:
-        plan = Plan(parse_route("scan; follow 0.8; scan"))
-        Recorder(link, writer, plan, wall_ns=link.now_ns).run(lambda: False)
-    return path
+@pytest.fixture
+def recording(short_recording: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copy(short_recording, tmp_path / "corridor.mcap"))
 
 
 @pytest.fixture
@@ -176,7 +168,7 @@ def run(recording: Path, tmp_path: Path) -> Path:
 
 def test_verify_says_identical(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sonarlog(["verify", str(run), "-q"]) == 0
-    assert capsys.readouterr() == (f"identical: 2 sweeps, digest {read_run(run).digest}\n", "")
+    assert capsys.readouterr() == (f"identical: 3 sweeps, digest {read_run(run).digest}\n", "")
 
 
 def test_verify_names_the_ulp(
@@ -200,13 +192,10 @@ def test_verify_refuses_another_recording_and_a_missing_one(
     assert sonarlog(["verify", str(recording)]) == 2
     assert sonarlog(["verify", str(run), str(tmp_path / "none.mcap")]) == 2
     moved = recording.rename(recording.with_name("elsewhere.mcap"))
-    try:
-        capsys.readouterr()
-        assert sonarlog(["verify", str(run)]) == 2
-        assert "is not beside it: name it after the run" in capsys.readouterr().err
-        assert sonarlog(["verify", str(run), str(moved), "-q"]) == 0
-    finally:
-        moved.rename(recording)
+    capsys.readouterr()
+    assert sonarlog(["verify", str(run)]) == 2
+    assert "is not beside it: name it after the run" in capsys.readouterr().err
+    assert sonarlog(["verify", str(run), str(moved), "-q"]) == 0
 
 
 def test_verify_warns_of_other_code(
