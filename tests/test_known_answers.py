@@ -250,7 +250,11 @@ def test_a_heading_step_in_odometry_is_gone_at_the_next_station() -> None:
 
 
 def test_with_perfect_odometry_paper_stays_and_literal_walks_along_the_corridor() -> None:
-    assert all(abs(step.pose.x - 0.8 * k) <= 0.05 for k, step in enumerate(drive("paper", 12, 0.8, -1, 0.0)))
+    def along(name: str) -> list[float]:
+        return [abs(step.pose.x - 0.8 * k) for k, step in enumerate(drive(name, 12, 0.8, -1, 0.0))]
+
+    assert max(along("paper")) <= 0.05
+    assert max(along("literal")) >= 0.25  # a window's half at the least
 
 
 def test_a_sweep_without_any_echo_changes_nothing() -> None:
