@@ -10,8 +10,6 @@ from _pytest.mark import ParameterSet
 from slam.algorithms import DEFAULT
 from tests.golden_runs import KEPT, ROOT, changes, kept, made, names
 
-pytestmark = pytest.mark.skipif(not KEPT.exists(), reason="nothing is blessed yet")
-
 
 def marked(path: Path, name: str) -> ParameterSet:
     """One of them is in every test run; all are in CI."""
