@@ -90,6 +90,7 @@ def command(
       turn DEGREES    on the spot by odometry, counter-clockwise
       follow METRES   onwards in the middle of what the sonars see
       repeat N (…)    the steps in parentheses N times
+      calibration M   squares of M metres (1) about here, both ways: for `sonarlog calibrate`
 
     `go` and `follow` stop before what the sonars see; inside a `repeat`, a way that is closed ends it. Without a
     route: scan, and follow what is open to the next scan, until the way ahead is closed.

@@ -1,6 +1,7 @@
 """A route: what the robot is to do, as text and as steps.
 
     scan; go 0.8; turn 90; repeat 3 (scan; follow 0.8)
+    calibration 1
 
 Must not know: the robot, time, what became of a step (whoever drives says so).
 """
@@ -12,8 +13,9 @@ from typing import Never
 
 from sonarlog.errors import SonarlogError
 
-WORDS = "scan, go METRES, turn DEGREES, follow METRES, repeat N (…)"
+WORDS = "scan, go METRES, turn DEGREES, follow METRES, repeat N (…), calibration METRES"
 LONGEST = 1000.0  # metres in one step
+CALIBRATION_SIDE = 1.0  # metres; safe in a free space of two
 
 
 class BadRoute(SonarlogError):
@@ -81,6 +83,22 @@ def parse_route(text: str) -> Route:
 def default_route(spacing: float, stations: int) -> Route:
     """Scan, and follow what is open to the next scan, until the way is closed or there were `stations` scans."""
     return (Scan(), Repeat(stations - 1, (Follow(spacing), Scan()))) if stations > 1 else (Scan(),)
+
+
+def calibration_route(side: float) -> Route:
+    """Squares of that side about where the robot stands, both ways by turns, as UMBmark drives them, with scans.
+
+    One each way with a scan on every side, then two each way with a scan at the end: what heading loses by the metre
+    shows over metres, what it loses by the turn in the scans, and left and right squares tell the two apart.
+    Borenstein and Feng, Measurement and correction of systematic odometry errors in mobile robots, 1996.
+    """
+    half = Go(side / 2)
+
+    def square(way: int, *after: Action) -> Route:
+        return (Repeat(4, (half, Turn(90.0 * way), half, *after)), Turn(180.0 * way))
+
+    plain = (Repeat(2, (*square(1), Scan(), *square(-1), Scan())),)
+    return (Scan(), half, Turn(90.0), *square(1, Scan()), *square(-1, Scan()), *plain)
 
 
 def walk(route: Route) -> Generator[Action, bool, bool]:
@@ -156,11 +174,15 @@ def _steps(reader: _Reader) -> Route:
 
 def _step(reader: _Reader) -> Step:
     word, at = reader.token, reader.start
-    if word not in ("scan", "go", "turn", "follow", "repeat"):
+    if word not in ("scan", "go", "turn", "follow", "repeat", "calibration"):
         reader.fail(f"{word!r} is no step")
     reader.next()
     if word == "scan":
         return Scan()
+    if word == "calibration":
+        given = reader.token not in ("", ")", ";")
+        side = reader.number(word, "metres", 0.3, 10) if given else CALIBRATION_SIDE
+        return Repeat(1, calibration_route(side))
     if word == "turn":
         return Turn(reader.number(word, "degrees", -3600, 3600))
     if word == "go":

@@ -1,5 +1,7 @@
 """Routes: text to steps, where text goes wrong, and how a closed way ends a repeat."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -89,3 +91,31 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     except BadRoute as error:
         refused = str(error)
     assert not refused or refused.startswith("route, ")
+
+
+def driven(route: Route) -> tuple[float, float, float]:
+    """Where a perfect robot ends, and the largest coordinate it ever had."""
+    x = y = heading = largest = 0.0
+    walker = walk(route)
+    try:
+        action = next(walker)
+        while True:
+            if isinstance(action, Turn):
+                heading += action.degrees
+            elif isinstance(action, Go):
+                x += action.metres * math.cos(math.radians(heading))
+                y += action.metres * math.sin(math.radians(heading))
+                largest = max(largest, abs(x), abs(y))
+            action = walker.send(False)
+    except StopIteration:
+        return math.hypot(x - 0.5, y), heading, largest
+
+
+def test_a_calibration_stays_in_its_square_and_turns_as_often_left_as_right() -> None:
+    off, heading, largest = driven(parse_route("calibration 1"))
+    assert off == pytest.approx(0.0, abs=1e-9)
+    assert heading == pytest.approx(90.0)
+    assert largest == pytest.approx(0.5)
+    assert parse_route("calibration") == parse_route("calibration 1") != parse_route("calibration 2; scan")
+    with pytest.raises(BadRoute, match=r"calibration 50 is outside 0.3\.\.10"):
+        parse_route("calibration 50")
