@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.sweep import TURN
+from sonarlog.calibration.correction import reckoning
 from sonarlog.log import Floats, Ints, Log, Odometry, Readings, Truth
 from sonarlog.protocol.framing import BadFrame, Frame, Framer, Junk, Piece
 from sonarlog.protocol.packets import Malformed, Packet, Reset, SimStat, Sip, Sync, Unknown, parse_packet
@@ -83,6 +84,7 @@ class WireDecoder:
         self._broken = False  # odometry is known not to go on from the SIP before
         self._last: _Last | None = None
         self._units = (0, 0, 0)  # odometry unwrapped, in the robot's units
+        self._corrected = reckoning(robot.calibration)
         self._last_fired_ns: int | None = None
 
     def feed(self, t_ns: int, data: bytes) -> list[Sample]:
@@ -137,7 +139,7 @@ class WireDecoder:
             x, y, heading = self._units
             self._units = (x + dx, y + dy, heading + turned)
         self._broken = False
-        pose = self._pose()
+        pose = Pose(*self._corrected(self._pose()))
         readings = tuple(self._readings(sent_ns, sip, pose))
         self._last = _Last(t_ns, sent_ns, sip, pose)
         return Sample(t_ns, sip, self._session, pose, readings, note)

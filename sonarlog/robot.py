@@ -4,12 +4,13 @@ Three are built in (`sonarlog/robots/*.toml`); a user copies one, edits it and n
 """
 
 import tomllib
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from slam.sweep import Mounting, SonarRing
+from sonarlog.calibration.correction import Calibration
 from sonarlog.errors import SonarlogError
 
 RADIANS = 0.017453292519943295  # per degree
@@ -49,15 +50,24 @@ class Robot:
     half_beam_deg: float
     max_range_mm: int
     sonars: tuple[Sonar, ...]
+    calibration: Calibration | None = None
 
     def ring(self) -> SonarRing:
-        """The sonars as the pipeline takes them: metres and radians."""
-        mountings = tuple(Mounting(s.x_mm / 1000, s.y_mm / 1000, s.heading_deg * RADIANS) for s in self.sonars)
+        """The sonars as the pipeline takes them, looking where they were found to look: metres and radians."""
+        mountings = tuple(
+            Mounting(s.x_mm / 1000, s.y_mm / 1000, (s.heading_deg + self._off_deg(number)) * RADIANS)
+            for number, s in enumerate(self.sonars)
+        )
         return SonarRing(mountings, self.half_beam_deg * RADIANS, self.max_range_mm)
+
+    def _off_deg(self, number: int) -> float:
+        return self.calibration.bearing_deg(number) if self.calibration else 0.0
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as kept in a recording's metadata; `from_dict` takes them back."""
-        return asdict(self)
+        values = asdict(replace(self, calibration=None))
+        values.pop("calibration")
+        return values if self.calibration is None else values | {"calibration": self.calibration.as_dict()}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], where: str = "robot parameters") -> "Robot":
@@ -67,7 +77,7 @@ class Robot:
             if key not in known:
                 raise BadRobot(f"{where}: unknown key {key!r}; known are {', '.join(known)}")
         for key in known:
-            if key not in data:
+            if key not in data and key != "calibration":
                 raise BadRobot(f"{where}: key {key!r} is missing")
         values = dict(data)
         try:
@@ -75,6 +85,8 @@ class Robot:
             for key, kind in known.items():
                 if kind in (int, float, str):
                     values[key] = kind(values[key])
+            if "calibration" in data:
+                values["calibration"] = Calibration.from_dict(data["calibration"], len(values["sonars"]))
         except (TypeError, ValueError, AttributeError) as error:
             raise BadRobot(f"{where}: {error}") from None
         return cls(**values)

@@ -123,15 +123,16 @@ def _unreadable(file: McapReader, what: str) -> NotARecording:
     return NotARecording(file.path, f"has an unreadable {what}" + "".join(f" ({text})" for text in file.damage))
 
 
-def read_log(path: Path | str) -> Log:
-    """A recording, decoded. Times are on the recorder's clock, or absolute in a bag that no recorder of ours made.
+def read_log(path: Path | str, robot: Robot | None = None) -> Log:
+    """A recording, decoded, as of the robot given, else of the recording's own.
 
-    What is missing of a damaged file is told in `events` and counted in `counts["damage"]`. Raises NotARecording,
-    MissingTopics, BadRobot, and what `open_recording` raises.
+    Times are on the recorder's clock, or absolute in a bag that no recorder of ours made. What is missing of a damaged
+    file is told in `events` and counted in `counts["damage"]`. Raises NotARecording, MissingTopics, BadRobot, and what
+    `open_recording` raises.
     """
     file = open_recording(path)
     try:
-        log = _decoded(file)
+        log = _decoded(file, robot)
     except BadMessage as error:
         raise NotARecording(file.path, f"cannot be read: {error}") from None
     last = int(log.odometry.t_ns[-1]) if len(log.odometry.t_ns) else 0
@@ -162,16 +163,16 @@ def recording_digest(path: Path | str) -> str:
     return digest.hexdigest()
 
 
-def _decoded(file: McapReader) -> Log:
+def _decoded(file: McapReader, given: Robot | None) -> Log:
     """By the wire, else by the topics; events and, where the wire has none, truth are read beside it."""
     found: dict[str, list[McapMessage]] = {layout.WIRE: [], layout.EVENTS: [], layout.TRUTH: []}
     for message in file.stream(found):
         found[message.topic].append(message)
     robot = robot_of(file)
     if not found[layout.WIRE]:
-        log = log_from_topics(file, robot, started_wall_ns(file))
+        log = log_from_topics(file, robot, started_wall_ns(file), given)
     else:
-        log = decode_wire(_wire(file, found[layout.WIRE]), robot or load_robot(DEFAULT_ROBOT))
+        log = decode_wire(_wire(file, found[layout.WIRE]), given or robot or load_robot(DEFAULT_ROBOT))
     events = tuple(_events(file, found[layout.EVENTS]))
     return replace(log, truth=log.truth or _truth(file, found[layout.TRUTH]), events=events)
 

@@ -14,6 +14,7 @@ import numpy as np
 from slam import dmath
 from slam.sweep import TURN
 from sonarlog import ros2
+from sonarlog.calibration.correction import reckoning
 from sonarlog.cdr import decode, type_name
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Ints, Log, Odometry, Readings
@@ -44,12 +45,13 @@ class _Topics:
     frames: dict[str, ros2.TransformStamped] = field(default_factory=dict)  # by child
 
 
-def log_from_topics(file: McapReader, robot: Robot | None, start_ns: int) -> Log:
+def log_from_topics(file: McapReader, robot: Robot | None, start_ns: int, given: Robot | None = None) -> Log:
     """Decode Range and Odometry; odometry is interpolated at each reading's moment.
 
     Of our own imports `robot` is known and integers come back as they went in. Of a foreign bag mountings come from
     static TF, beam and maximum range from the Range messages, body and timing are an AmigoBot's; readings at or above
-    the maximum range are no echo, too close ones and NaN are left out. Raises MissingTopics, BadMessage.
+    the maximum range are no echo, too close ones and NaN are left out. The topics' odometry is what the recording's own
+    robot made of it; a robot `given` instead corrects it by its calibration. Raises MissingTopics, BadMessage.
     """
     topics = _collect(file)
     if not topics.ranges:
@@ -63,6 +65,10 @@ def log_from_topics(file: McapReader, robot: Robot | None, start_ns: int) -> Log
         sources = [(layout.sonar_topic(i), layout.sonar_frame(i)) for i in range(len(robot.sonars))]
     counts: Counter[str] = Counter()
     odometry = _odometry(messages, start_ns)
+    if given is not None:
+        if len(given.sonars) != len(robot.sonars):
+            raise MissingTopics(file, f"holds {len(robot.sonars)} sonars, the robot given has {len(given.sonars)}")
+        robot, odometry = given, _corrected(odometry, given)
     rows = sorted(_rows(topics.ranges, sources, robot, start_ns, counts))
     readings = _placed(np.array(rows, dtype=np.int64).reshape(-1, 3), odometry, counts)
     counts["readings"] = len(readings.t_ns)
@@ -131,6 +137,13 @@ def _rows(
         else:
             far = metres == inf or metres >= 1e6
             yield t_ns - start_ns, numbers[source], robot.max_range_mm if far else round(metres * 1e3)
+
+
+def _corrected(odometry: Odometry, robot: Robot) -> Odometry:
+    place = reckoning(robot.calibration)
+    rows = zip(odometry.x_um.tolist(), odometry.y_um.tolist(), odometry.heading.tolist(), strict=True)
+    x_um, y_um, heading = np.array([place(row) for row in rows], dtype=np.int64).reshape(-1, 3).T.copy()
+    return replace(odometry, x_um=x_um, y_um=y_um, heading=heading)
 
 
 def _placed(rows: Ints, odometry: Odometry, counts: Counter[str]) -> Readings:
