@@ -11,6 +11,7 @@ from cli.watching import WINDOW, Watch
 
 if TYPE_CHECKING:
     from slam.algorithms import Algorithm
+    from sonarlog.robot import Robot
 
 
 @click.command("replay")
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     metavar="1ulp|1mm|drop=1%",
     help="How far poses and map move when the input moves by so little; no run is written.",
 )
+@click.option("--robot", metavar="NAME|FILE", help="Take it for this robot, such as calibrated, not for its own.")
 @force
 @as_json
 @quiet
@@ -64,6 +66,7 @@ def command(
     checkpoint_every: int | None,
     start: int | None,
     perturb: str | None,
+    robot: str | None,
     force: bool,
     as_json: bool,
     quiet: bool,
@@ -85,13 +88,17 @@ def command(
     from sonarlog.accounting import told
     from sonarlog.export import check_free, export
     from sonarlog.replay import replay
+    from sonarlog.robot import load_robot
 
+    given = load_robot(robot) if robot else None
     chosen = algorithm(name or DEFAULT).configured(settings_from(config, changes))
     if perturb is not None:
-        _perturbed(recording, chosen, perturb, as_json=as_json, quiet=quiet)
+        _perturbed(recording, chosen, perturb, given, as_json=as_json, quiet=quiet)
         return
     if output is None and (viz is None or folder is not None):
         output = Path(f"{recording.name.removesuffix('.mcap')}.{chosen.name}.run.mcap")
+    if start is not None and given is not None:
+        raise click.UsageError("--from goes on with the run's own robot: leave --robot out")
     if start is not None and output is not None:
         _resumed(recording, chosen, output, start, as_json=as_json, quiet=quiet)
         return
@@ -99,7 +106,8 @@ def command(
         check_free(folder, force=force)
     title = f"{recording.name} {chosen.name}"
     with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
-        result = replay(recording, chosen, output, force=force, watcher=watch, checkpoint_every=checkpoint_every or 0)
+        every = checkpoint_every or 0
+        result = replay(recording, chosen, output, force=force, watcher=watch, checkpoint_every=every, robot=given)
     if folder is not None and output is not None:
         from sonarlog.runs import read_run
 
@@ -127,13 +135,15 @@ def _resumed(recording: Path, chosen: "Algorithm", run: Path, start: int, *, as_
         click.echo(f"{result.digest}  from sweep {begin} of {result.sweeps} of {run}, {chosen.name} {chosen.version}")
 
 
-def _perturbed(recording: Path, chosen: "Algorithm", text: str, *, as_json: bool, quiet: bool) -> None:
+def _perturbed(
+    recording: Path, chosen: "Algorithm", text: str, robot: "Robot | None", *, as_json: bool, quiet: bool
+) -> None:
     from cli.progress import progress
     from sonarlog.perturb import Perturbation, sensitivity
 
     perturbation = Perturbation.parse(text)
     with progress("replaying twice", quiet=quiet) as advance, Watch(advance) as watch:
-        found = sensitivity(recording, chosen, perturbation, watch)
+        found = sensitivity(recording, chosen, perturbation, watch, robot)
     if as_json:
         click.echo(json.dumps(vars(found)))
         return

@@ -93,7 +93,7 @@ def _same_in_parts(run: "Run", recording: Path, jobs: int) -> bool:
         click.echo(f"sonarlog: {run.path} keeps no checkpoints: checked in one part", err=True)
         return False
     chosen = algorithm(run.identity.algorithm).configured(run.identity.config)
-    if identify(run.identity.recording_digest, chosen).asked() != run.identity.asked():
+    if identify(run.identity.recording_digest, chosen, run.identity.given_robot).asked() != run.identity.asked():
         return False
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         parts = pool.map(stretch_is_same, repeat(recording), repeat(chosen), repeat(run.path), range(count))
@@ -139,7 +139,8 @@ def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) ->
     with TemporaryDirectory(prefix="sonarlog-") as folder, progress("replaying", quiet=quiet) as advance:
         output = Path(folder) / "again.run.mcap"
         if revision is None:
-            replay(recording, algorithm(asked.algorithm).configured(asked.config), output, watcher=Watch(advance))
+            chosen = algorithm(asked.algorithm).configured(asked.config)
+            replay(recording, chosen, output, watcher=Watch(advance), robot=asked.given_robot)
         else:
             with code_of(revision) as code:
                 unknown = replay_with(code, recording, asked.algorithm, asked.config, output)

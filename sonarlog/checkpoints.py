@@ -89,7 +89,7 @@ def resume(
     kept = [each for each in read_checkpoints(run) if each.sweep <= sweep]
     if not kept:
         raise NoCheckpoint(f"{path} keeps no checkpoint before sweep {sweep}: make it with --checkpoint-every")
-    log = read_log(recording)
+    log = read_log(recording, run.identity.given_robot)
     sweeps = sweeps_of(log, recording)
     result = RunDigest.after(kept[-1].chain, kept[-1].restored().grid)
     if watcher:
@@ -111,7 +111,7 @@ def stretch_is_same(recording: Path, algorithm: Algorithm, path: Path, number: i
     """Whether a stretch of a run comes out the same from its own checkpoint: every digest, and the state at its end."""
     run = read_run(path)
     stretch = stretches(run)[number]
-    log = read_log(recording)
+    log = read_log(recording, run.identity.given_robot)
     sweeps = sweeps_of(log, recording)
     if len(sweeps.sweeps) != len(run.sweeps):
         return False

@@ -16,7 +16,7 @@ from sonarlog.errors import SonarlogError
 from sonarlog.log import Ints, Log, Readings
 from sonarlog.recording import read_log, recording_digest
 from sonarlog.replay import Watcher, replay_sweeps, sweeps_of, true_pose
-from sonarlog.robot import Sonar
+from sonarlog.robot import Robot, Sonar
 from sonarlog.sim.rng import Noise
 
 
@@ -103,10 +103,14 @@ class Sensitivity:
 
 
 def sensitivity(
-    recording: Path, algorithm: Algorithm, perturbation: Perturbation, watcher: Watcher | None = None
+    recording: Path,
+    algorithm: Algorithm,
+    perturbation: Perturbation,
+    watcher: Watcher | None = None,
+    robot: Robot | None = None,
 ) -> Sensitivity:
     """Replay as it is and perturbed, side by side. Raises what reading the recording raises, and NoSweeps."""
-    log = read_log(recording)
+    log = read_log(recording, robot)
     other = perturbation.of(log, int(recording_digest(recording)[:15], 16))
     mine, yours = sweeps_of(log, recording), sweeps_of(other, recording)
     if watcher:

@@ -20,6 +20,7 @@ from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Log, Truth
 from sonarlog.recording import read_log, recording_digest
+from sonarlog.robot import Robot
 from sonarlog.runs import RunWriter, identify
 from sonarlog.sweeps import Cut, CutConfig, cut
 
@@ -57,17 +58,18 @@ def replay(
     cutting: CutConfig | None = None,
     watcher: Watcher | None = None,
     checkpoint_every: int = 0,
+    robot: Robot | None = None,
 ) -> Replayed:
     """Replay a recording and write the run (None: only its digest is made).
 
-    With `checkpoint_every` the run keeps the whole state after so many sweeps, again and again.
-    `watcher` sees the log before the first step, and each step as it comes. Raises NoSweeps, and what reading the
-    recording and writing the run raise; a run that fails leaves no file.
+    With `checkpoint_every` the run keeps the whole state after so many sweeps, again and again. A `robot` is taken
+    instead of the recording's own. `watcher` sees the log before the first step, and each step as it comes. Raises
+    NoSweeps, and what reading the recording and writing the run raise; a run that fails leaves no file.
     """
-    log = read_log(recording)
+    log = read_log(recording, robot)
     sweeps = sweeps_of(log, recording, cutting)
     counts = used_and_left_out(log, sweeps)
-    identity = identify(recording_digest(recording), algorithm)
+    identity = identify(recording_digest(recording), algorithm, robot)
     result = RunDigest(identity.asked())
     run = None
     if output is not None:

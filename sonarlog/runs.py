@@ -26,6 +26,7 @@ from sonarlog.errors import SonarlogError
 from sonarlog.log import Surfaces, Truth
 from sonarlog.mcap_file import McapReader, McapWriter
 from sonarlog.provenance import code_digest, machine_facts
+from sonarlog.robot import Robot
 from sonarlog.run_topics import RunTopics
 from sonarlog.step_data import chains_of, pose_data, pose_of, step_data
 
@@ -53,6 +54,12 @@ class RunIdentity:
     algorithm_version: int
     config: dict[str, Any]
     code_digest: str
+    robot: dict[str, Any] | None = None  # parameters given instead of the recording's own
+
+    @property
+    def given_robot(self) -> Robot | None:
+        """The robot that the recording was replayed as, if not its own."""
+        return Robot.from_dict(self.robot, "robot of the run") if self.robot else None
 
     def asked(self) -> dict[str, Any]:
         """What the run's digest begins with: all but the code, for other code may well compute the same."""
@@ -61,6 +68,7 @@ class RunIdentity:
             "algorithm": self.algorithm,
             "algorithm_version": self.algorithm_version,
             "config": self.config,
+            **({} if self.robot is None else {"robot": self.robot}),
         }
 
 
@@ -111,9 +119,11 @@ class Run:
         return chains_of([sweep.data for sweep in self.sweeps])
 
 
-def identify(recording_digest: str, algorithm: Algorithm) -> RunIdentity:
-    """The identity of a run of this algorithm, as this code would make it now."""
-    return RunIdentity(recording_digest, algorithm.name, algorithm.version, settings(algorithm.config), code_digest())
+def identify(recording_digest: str, algorithm: Algorithm, robot: Robot | None = None) -> RunIdentity:
+    """The identity of a run of this algorithm, as this code would make it now; `robot` if not the recording's own."""
+    asked = settings(algorithm.config)
+    given = robot.as_dict() if robot else None
+    return RunIdentity(recording_digest, algorithm.name, algorithm.version, asked, code_digest(), given)
 
 
 class RunWriter:
