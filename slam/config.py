@@ -10,8 +10,8 @@ from slam.features import FeatureConfig
 from slam.frontier import FrontierConfig
 from slam.grid import LIMIT
 from slam.localisation import LocalisationConfig
-from slam.map_extension import MapConfig
 from slam.reliability import ReliabilityConfig
+from slam.rendering import MapConfig
 from slam.self_calibration import SelfCalibrationConfig
 
 KINDS: dict[type, str] = {int: "a whole number", float: "a number", bool: "true or false"}

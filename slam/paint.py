@@ -4,7 +4,7 @@ import numpy as np
 
 from slam import dmath
 from slam.dmath import Floats
-from slam.grid import Cells, Patch
+from slam.grid import Cells
 from slam.sweep import Ints
 
 Point = tuple[float, float]
@@ -13,16 +13,20 @@ Point = tuple[float, float]
 class Canvas:
     """A rectangle of cells around what will be painted: free and occupied evidence, and hints too weak to be either."""
 
-    def __init__(self, points: Floats, cell_m: float, margin_m: float) -> None:
-        """Large enough for all points (n, 2) in metres and a margin."""
+    def __init__(self, left: int, bottom: int, width: int, height: int, cell_m: float) -> None:
+        """So many cells from column `left` and row `bottom` of the grid on."""
         self.cell_m = cell_m
+        self.left, self.bottom, self.width, self.height = left, bottom, width, height
+        self.free: Cells = np.zeros((height, width), dtype=np.int16)
+        self.occupied: Cells = np.zeros((height, width), dtype=np.int16)
+        self.hints: Cells = np.zeros((height, width), dtype=np.int16)
+
+    @classmethod
+    def around(cls, points: Floats, cell_m: float, margin_m: float) -> "Canvas":
+        """Large enough for all points (n, 2) in metres and a margin."""
         low = np.floor((points.min(axis=0) - margin_m) / cell_m).astype(np.int64)
         high = np.floor((points.max(axis=0) + margin_m) / cell_m).astype(np.int64) + 1
-        self.left, self.bottom = int(low[0]), int(low[1])
-        self.width, self.height = int(high[0] - low[0]), int(high[1] - low[1])
-        self.free: Cells = np.zeros((self.height, self.width), dtype=np.int16)
-        self.occupied: Cells = np.zeros((self.height, self.width), dtype=np.int16)
-        self.hints: Cells = np.zeros((self.height, self.width), dtype=np.int16)
+        return cls(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]), cell_m)
 
     def clear(self, corners: list[Point], weight: int) -> None:
         """Free evidence in a convex polygon given in order; one that is not convex is left alone."""
@@ -63,10 +67,9 @@ class Canvas:
         rows = np.clip(np.floor(y / self.cell_m).astype(np.int64) - self.bottom, 0, self.height - 1)
         return rows, columns
 
-    def patch(self) -> Patch:
-        """What to add to the grid: where something stands nothing is free."""
-        delta = np.where(self.occupied > 0, self.occupied, self.free + self.hints)
-        return Patch(self.left, self.bottom, delta.astype(np.int16))
+    def evidence(self) -> Cells:
+        """What to add to the map (height, width): where something stands nothing is free."""
+        return np.where(self.occupied > 0, self.occupied, self.free + self.hints)
 
     def _column(self, x: float) -> int:
         return min(max(int(x // self.cell_m) - self.left, 0), self.width - 1)

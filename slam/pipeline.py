@@ -10,7 +10,7 @@ from slam.frontier import Decision, next_goal
 from slam.geometry import Pose
 from slam.grid import Grid, Patch
 from slam.localisation import Localisation
-from slam.map_extension import extend_map
+from slam.map_extension import Map, extend_map
 from slam.post_calibration import Posed, post_calibrate
 from slam.reliability import Reliability, analyse_reliability
 from slam.self_calibration import Calibrated, Calibration, self_calibrate
@@ -26,7 +26,12 @@ class State:
     session: int
     calibration: Calibration
     chains: Chains
-    grid: Grid
+    map: Map
+
+    @property
+    def grid(self) -> Grid:
+        """The occupancy grid so far."""
+        return self.map.grid
 
     def last(self, session: int) -> tuple[Pose | None, Pose] | None:
         """The last sweep's pose as odometry had it (None: in another session) and in the map; None before the first."""
@@ -63,7 +68,7 @@ def first_state(ring: SonarRing, algorithm: Algorithm) -> State:
         session=0,
         calibration=Calibration.unknown(len(ring.mountings)),
         chains=Chains(),
-        grid=Grid(grid.cell_m, grid.occupied_from, grid.free_from),
+        map=Map(Grid(grid.cell_m, grid.occupied_from, grid.free_from)),
     )
 
 
@@ -78,9 +83,9 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> S
     posed = post_calibrate(calibrated, reliability, features, localisation.pose)
     chains = state.chains.joined(association.chained(posed.walls), len(state.poses))
     poses = (*state.poses, localisation.pose)
-    grid, patch = extend_map(state.grid, calibrated, reliability, posed, chains, poses, config.map)
-    decision = next_goal(grid, localisation.pose, config.frontier)
-    after = State(poses, calibrated.odometry, sweep.session, calibrated.calibration, chains, grid)
+    extended, patch = extend_map(state.map, calibrated, reliability, features, chains, poses, config.map)
+    decision = next_goal(extended.grid, localisation.pose, config.frontier)
+    after = State(poses, calibrated.odometry, sweep.session, calibrated.calibration, chains, extended)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
 
 

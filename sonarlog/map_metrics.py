@@ -4,8 +4,11 @@ Must not know: files, algorithms, pictures, how the map was made.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid
@@ -33,19 +36,51 @@ class MapQuality:
     free_true: float | None
 
 
-def map_quality(grid: Grid, surfaces: Surfaces, frame: Pose, stations: Floats) -> MapQuality:
+class TruePlace(Protocol):
+    """Where surfaces truly are: a map is held against it point by point, in its own frame, metres."""
+
+    def distance(self, points: Floats) -> Floats:
+        """Distance of each point (n, 2) from the nearest surface."""
+
+    def in_sight(self, stations: Floats) -> Floats:
+        """Points (k, 2), evenly along the surfaces, that some station (n, 2) sees within 3 m."""
+
+    def is_free(self, points: Floats, stations: Floats, cell_m: float) -> Bools:
+        """For each point (n, 2) but those in a surface itself: is it free? `cell_m` is the judged map's."""
+
+
+@dataclass(frozen=True)
+class SurveyedPlace:
+    """A place known by its surfaces: free is what can be reached from the stations without crossing one."""
+
+    surfaces: Surfaces
+
+    def distance(self, points: Floats) -> Floats:
+        """See `TruePlace`."""
+        return distance_to_surfaces(points, self.surfaces)
+
+    def in_sight(self, stations: Floats) -> Floats:
+        """See `TruePlace`."""
+        return _in_sight(_along(self.surfaces), self.surfaces, stations)
+
+    def is_free(self, points: Floats, stations: Floats, cell_m: float) -> Bools:
+        """See `TruePlace`."""
+        return _reachable(points, self.surfaces, stations, cell_m)
+
+
+def map_quality(grid: Grid, truth: Surfaces | TruePlace, frame: Pose, stations: Floats) -> MapQuality:
     """Hold a map against the truth.
 
-    `frame` is the map's origin in the frame of the surfaces, `stations` (n, 2) m are the true places of its sweeps.
+    `frame` is the map's origin in the frame of the truth, `stations` (n, 2) m are the true places of its sweeps.
     """
+    place = SurveyedPlace(truth) if isinstance(truth, Surfaces) else truth
     cells, left, bottom = grid.dense()
     occupied = frame.points(_centres(grid.occupied(cells), left, bottom, grid.cell_m))
     free = frame.points(_centres(grid.free(cells), left, bottom, grid.cell_m))
-    seen = _in_sight(_along(surfaces), surfaces, stations)
     return MapQuality(
-        occupied_true=_share(distance_to_surfaces(occupied, surfaces) <= NEAR_M),
-        surface_mapped=_share(_has_neighbour(seen, occupied)),
-        free_true=_share(_reachable(free, surfaces, stations, grid.cell_m)),
+        occupied_true=_share(place.distance(occupied) <= NEAR_M),
+        surface_mapped=_share(_has_neighbour(place.in_sight(stations), occupied)),
+        free_true=_share(place.is_free(free, stations, grid.cell_m)),
     )
 
 
@@ -115,12 +150,9 @@ def _crossed(station: Floats, points: Floats, wall: Floats) -> Bools:
 
 def _has_neighbour(points: Floats, others: Floats) -> Bools:
     """Whether one of the others lies within 10 cm of each point."""
-    found = np.zeros(len(points), dtype=bool)
-    for start in range(0, len(points), 256):  # a block of the distance table at a time
-        block = points[start : start + 256]
-        off = np.hypot(block[:, None, 0] - others[None, :, 0], block[:, None, 1] - others[None, :, 1])
-        found[start : start + 256] = (off <= NEAR_M).any(axis=1) if len(others) else False
-    return found
+    if len(points) == 0 or len(others) == 0:
+        return np.zeros(len(points), dtype=bool)
+    return np.asarray(cKDTree(others).query(points)[0] <= NEAR_M)
 
 
 def _reachable(points: Floats, surfaces: Surfaces, stations: Floats, cell_m: float) -> Bools:
@@ -128,13 +160,13 @@ def _reachable(points: Floats, surfaces: Surfaces, stations: Floats, cell_m: flo
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
     ends = surfaces.segments.reshape(-1, 2)
-    canvas = Canvas(np.concatenate([points, stations, ends]), cell_m, 2 * cell_m)
+    canvas = Canvas.around(np.concatenate([points, stations, ends]), cell_m, 2 * cell_m)
     for x0, y0, x1, y1 in surfaces.segments.tolist():
         canvas.mark((x0, y0), (x1, y1), 1)
     solid = canvas.occupied > 0
     reached = np.zeros_like(solid)
     reached[_cell(stations, canvas)] = True
-    reached = _flooded(reached, ~solid)
+    reached = np.asarray(ndimage.binary_propagation(reached & ~solid, mask=~solid))
     for x, y, radius in surfaces.poles.tolist():
         rows, columns = np.indices(solid.shape)
         centre_x, centre_y = (columns + canvas.left + 0.5) * cell_m, (rows + canvas.bottom + 0.5) * cell_m
@@ -147,21 +179,6 @@ def _cell(points: Floats, canvas: Canvas) -> tuple[np.ndarray[tuple[int], np.dty
     """Row and column of the canvas's cells under the points (n, 2)."""
     at = np.floor(points / canvas.cell_m).astype(np.int64)
     return at[:, 1] - canvas.bottom, at[:, 0] - canvas.left
-
-
-def _flooded(reached: Bools, open_: Bools) -> Bools:
-    """All open cells that touch a reached one, by their sides, again and again."""
-    reached = reached & open_
-    while True:
-        grown = reached.copy()
-        grown[1:] |= reached[:-1]
-        grown[:-1] |= reached[1:]
-        grown[:, 1:] |= reached[:, :-1]
-        grown[:, :-1] |= reached[:, 1:]
-        grown &= open_
-        if bool((grown == reached).all()):
-            return reached
-        reached = grown
 
 
 def _share(good: Bools) -> float | None:
