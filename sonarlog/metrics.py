@@ -27,20 +27,23 @@ class NotComparable(SonarlogError):
 class PathErrors:
     """Errors of one path against the truth, both laid on one another at the first pose; nothing is scaled.
 
-    `ate_m` is the RMSE of position over the sweeps, `ate_aligned_m` the same after the best rigid alignment.
+    `ate_m` is the RMSE of position over the sweeps, `ate_aligned_m` the same after the best rigid alignment. The others
+    are relative pose errors, RMSE of what a piece of path of at least 1 m (5 m) adds; None for paths without one.
     """
 
     ate_m: float
     ate_aligned_m: float
     heading_rmse_deg: float
     end_m: float
+    over_1m_m: float | None = None
+    over_1m_deg: float | None = None
+    over_5m_m: float | None = None
+    over_5m_deg: float | None = None
 
     def ratio(self, other: "PathErrors") -> dict[str, float | None]:
-        """Each error as a part of the other path's (raw odometry's, say); None where the other has none."""
-        return {
-            name: value / getattr(other, name) if getattr(other, name) > 0 else None
-            for name, value in vars(self).items()
-        }
+        """Each error as a part of the other path's (raw odometry's, say); None where one of them has none."""
+        pairs = {name: (value, getattr(other, name)) for name, value in vars(self).items()}
+        return {name: mine / yours if mine is not None and yours else None for name, (mine, yours) in pairs.items()}
 
 
 def pose_rows(poses: Iterable[Pose]) -> Floats:
@@ -71,12 +74,41 @@ def path_errors(poses: Floats, truth: Floats) -> PathErrors:
     turned = _wrapped(mine[:, 2] - truth[:, 2])
     best = rigid_alignment(mine[:, :2], truth[:, :2])
     left = best.points(mine[:, :2]) - truth[:, :2]
+    over_1m, over_5m = (relative_errors(poses, truth, length) or (None, None) for length in (1.0, 5.0))
     return PathErrors(
         ate_m=_rms(np.hypot(off[:, 0], off[:, 1])),
         ate_aligned_m=_rms(np.hypot(left[:, 0], left[:, 1])),
         heading_rmse_deg=float(np.degrees(_rms(turned))),
         end_m=float(np.hypot(*off[-1])),
+        over_1m_m=over_1m[0],
+        over_1m_deg=over_1m[1],
+        over_5m_m=over_5m[0],
+        over_5m_deg=over_5m[1],
     )
+
+
+def relative_errors(poses: Floats, truth: Floats, length_m: float) -> tuple[float, float] | None:
+    """RMSE in metres and degrees of the motion over pieces of path; None if the path is not so long.
+
+    A piece goes from each pose to the first one at least `length_m` of true path further on; its error is the motion
+    that leads from the true motion to the path's [Sturm et al. 2012], so that it hangs on no alignment.
+    """
+    steps = np.hypot(*np.diff(truth[:, :2], axis=0).T)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    end = np.searchsorted(way, way + length_m - 1e-9)
+    start = np.flatnonzero(end < len(way))
+    if len(start) == 0:
+        return None
+    mine, true = (_motions(path[start], path[end[start]]) for path in (poses, truth))
+    off = mine - true  # turned into the true end's frame it is as long
+    return _rms(np.hypot(off[:, 0], off[:, 1])), float(np.degrees(_rms(_wrapped(off[:, 2]))))
+
+
+def _motions(start: Floats, end: Floats) -> Floats:
+    """The motions (n, 3) from poses to poses, each in its first pose's frame."""
+    sine, cosine = np.sin(start[:, 2]), np.cos(start[:, 2])
+    dx, dy = (end - start)[:, :2].T
+    return np.column_stack([cosine * dx + sine * dy, cosine * dy - sine * dx, end[:, 2] - start[:, 2]])
 
 
 def rigid_alignment(points: Floats, onto: Floats) -> Pose:

@@ -58,6 +58,11 @@ def path_of(run: Run) -> Floats:
     return pose_rows(sweep.pose for sweep in run.sweeps)
 
 
+def online_path_of(run: Run) -> Floats:
+    """The run's poses (n, 3) as each was found at its own sweep, before later ones moved it."""
+    return pose_rows(sweep.pose for sweep in run.sweeps)
+
+
 def raw_path_of(run: Run) -> Floats:
     """Raw odometry at the sweeps (n, 3), laid on the map at the first one."""
     if not run.sweeps:
