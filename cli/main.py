@@ -13,6 +13,7 @@ COMMANDS = {  # name: (module, one line of help)
     "record": ("cli.record", "Drive a robot and record its sweeps to an MCAP file."),
     "replay": ("cli.replay", "Replay a recording through the SLAM pipeline."),
     "diff": ("cli.diff", "Say what differs between two runs."),
+    "eval": ("cli.eval", "Hold runs against the truth: errors of path and map."),
     "verify": ("cli.verify", "Replay a run's recording again and say whether every bit is the same."),
     "info": ("cli.info", "Say what is in a recording or a run."),
     "check": ("cli.check", "Say whether a recording is sound, and what of it is usable."),

@@ -3,7 +3,7 @@
 Must not know: metrics, printing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
@@ -45,6 +45,15 @@ class Reference:
     truth: Truth | None = None
     surfaces: Surfaces | None = None
     odometry: Odometry | None = None
+
+    def shifted(self, by_ns: int) -> "Reference":
+        """The same on a clock that shows so much more."""
+        truth, odometry = self.truth, self.odometry
+        return replace(
+            self,
+            truth=truth and replace(truth, t_ns=truth.t_ns + by_ns),
+            odometry=odometry and replace(odometry, t_ns=odometry.t_ns + by_ns),
+        )
 
 
 def reference_of_log(path: Path, log: Log) -> Reference:

@@ -1,0 +1,161 @@
+"""sonarlog eval."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cli.options import FILE, as_json
+
+if TYPE_CHECKING:
+    from slam.geometry import Pose
+    from sonarlog.evaluation import Evaluation
+    from sonarlog.metrics import PathErrors
+    from sonarlog.truth import Reference
+
+ERRORS = (  # label, field of PathErrors, unit, decimals
+    ("position, RMS (ATE)", "ate_m", "m", 3),
+    ("position, RMS, best alignment", "ate_aligned_m", "m", 3),
+    ("heading, RMS", "heading_rmse_deg", "°", 2),
+    ("position at the end", "end_m", "m", 3),
+    ("position over 1 m", "over_1m_m", "m", 3),
+    ("heading over 1 m", "over_1m_deg", "°", 2),
+    ("position over 5 m", "over_5m_m", "m", 3),
+    ("heading over 5 m", "over_5m_deg", "°", 2),
+)
+MAP = (
+    ("occupied cells within 10 cm of a wall", "occupied_true"),
+    ("wall in sight that is in the map", "surface_mapped"),
+    ("free cells truly free", "free_true"),
+)
+
+
+@click.command("eval")
+@click.argument("files", type=FILE, nargs=-1, required=True, metavar="RUN…")
+@click.option("--truth", "truth", type=FILE, help="True poses: a TUM file, or a recording that holds /truth.")
+@click.option("--truth-map", "sheet", type=FILE, metavar="MAP.yaml", help="The true map, as ROS map_server has it.")
+@click.option(
+    "--truth-offset", "offset_s", type=float, default=0.0, metavar="SECONDS", help="To add to the times of --truth."
+)
+@click.option("--start", metavar="X,Y,DEG", help="Where in --truth-map the path starts, if no true poses are known.")
+@as_json
+def command(
+    files: tuple[Path, ...], truth: Path | None, sheet: Path | None, offset_s: float, start: str | None, as_json: bool
+) -> None:
+    """Hold runs against the truth: errors of path and map, also as ratios to raw odometry.
+
+    The truth is the run's own unless --truth names another. A RUN may also be a TUM file of any program's making; then
+    --truth is needed, and only the path is judged. docs/evaluation.md says what each number means.
+
+    \b
+    Example:
+      sonarlog eval corridor.odometry.run.mcap corridor.paper.run.mcap
+      sonarlog eval real.paper.run.mcap --truth mocap.tum --truth-map floor.yaml --json
+      sonarlog eval other-slam.tum --truth recordings/corridor.mcap
+    """
+    from sonarlog.evaluation import SCHEMA, evaluate, reference_of_run, track_of_run, track_of_tum
+    from sonarlog.runs import read_run
+    from sonarlog.true_map import read_true_map
+    from sonarlog.truth import NoTruth, read_tum
+
+    given = _reference(truth, offset_s) if truth else None
+    true_map = read_true_map(sheet) if sheet else None
+    place = _place(start)
+    found = []
+    for file in files:
+        if file.suffix == ".tum":
+            if given is None:
+                raise NoTruth(f"{file} is a path alone: name its truth with --truth FILE.tum or --truth RECORDING.mcap")
+            found.append(evaluate(track_of_tum(str(file), read_tum(file)), given, true_map))
+        else:
+            run = read_run(file)
+            found.append(evaluate(track_of_run(run), given or reference_of_run(run), true_map, place))
+    if as_json:
+        data = {"schema": SCHEMA, "truth": truth and str(truth), "truth_map": sheet and str(sheet)}
+        click.echo(json.dumps({**data, "runs": [each.as_dict() for each in found]}, indent=2, allow_nan=False))
+    else:
+        _tell(found)
+
+
+def _reference(path: Path, offset_s: float) -> "Reference":
+    """True poses by the file's name: a recording or TUM lines."""
+    from sonarlog.recording import read_log
+    from sonarlog.truth import Reference, read_tum, reference_of_log
+
+    found = reference_of_log(path, read_log(path)) if path.suffix == ".mcap" else Reference(str(path), read_tum(path))
+    return found.shifted(round(offset_s * 1e9))
+
+
+def _place(text: str | None) -> "Pose | None":
+    from math import radians
+
+    from slam.geometry import Pose
+
+    if text is None:
+        return None
+    try:
+        x, y, degrees = (float(word) for word in text.split(","))
+    except ValueError:
+        raise click.UsageError(f"--start takes X,Y,DEG in metres and degrees, not {text!r}") from None
+    return Pose(x, y, radians(degrees))
+
+
+def _tell(found: "list[Evaluation]") -> None:
+    """A column a run; rows that no run has are left out, and so are paths as found online that stayed as they were."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("")
+    for title in _titles(found):
+        table.add_column(title, justify="right", overflow="fold")
+    table.add_row("poses judged", *(f"{each.judged} of {each.poses}" if each.path else "–" for each in found))
+    _path_rows(table.add_row, found, "path")
+    if any(each.corrected_later for each in found):
+        table.add_section()
+        _path_rows(table.add_row, found, "online")
+    table.add_section()
+    for label, key in MAP:
+        shares = [getattr(each.map, key) if each.map else None for each in found]
+        if any(share is not None for share in shares):
+            table.add_row(label, *("–" if share is None else f"{100 * share:.1f} %" for share in shares))
+    if any(each.walls for each in found):
+        table.add_row("long walls bent by up to", *(_bent(each) for each in found))
+    Console(highlight=False).print(table)
+    if any(each.ratio for each in found):
+        click.echo("In parentheses: as a part of raw odometry's error in the same recording.", err=True)
+
+
+def _titles(found: "list[Evaluation]") -> list[str]:
+    """The files' names, as short as tells them apart."""
+    paths = [Path(each.name) for each in found]
+    short = [path.name.removesuffix(".run.mcap") for path in paths]
+    return short if len(set(short)) == len(short) else [str(path) for path in paths]
+
+
+def _path_rows(add: Callable[..., None], found: "list[Evaluation]", which: str) -> None:
+    for label, key, unit, decimals in ERRORS:
+        cells = [_cell(each, which, key, unit, decimals) for each in found]
+        if any(cells):
+            add(label if which == "path" else f"{label}, as found online", *(cell or "–" for cell in cells))
+
+
+def _cell(found: "Evaluation", which: str, key: str, unit: str, decimals: int) -> str:
+    errors: PathErrors | None = found.path if which == "path" else found.online
+    ratios = found.ratio if which == "path" else found.online_ratio
+    value = getattr(errors, key) if errors else None
+    if value is None:
+        return ""
+    ratio = ratios.get(key) if ratios else None
+    gap = "" if unit == "°" else " "
+    return f"{value:.{decimals}f}{gap}{unit}" + (f" ({ratio:.2f})" if ratio is not None else "")
+
+
+def _bent(found: "Evaluation") -> str:
+    if not found.walls:
+        return "–"
+    worst = max(found.walls, key=lambda wall: wall.deviation_m)
+    return f"{100 * worst.deviation_m:.1f} cm over {worst.length_m:.0f} m"
