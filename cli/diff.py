@@ -11,7 +11,7 @@ import click
 from cli.options import FILE, as_json, force, quiet
 
 if TYPE_CHECKING:
-    from sonarlog.diff import Diff, Truth
+    from sonarlog.diff import Report, Truth
 
 ERRORS = (
     ("position, RMS", "ate_m", "m"),
@@ -84,7 +84,7 @@ def _replayed(recording: Path, names: list[str], stack: ExitStack, *, quiet: boo
     return paths
 
 
-def _tell(found: "Diff") -> None:
+def _tell(found: "Report") -> None:
     """Headline first, then where they part, and the tables."""
     click.echo(found.headline)
     if found.first is None:

@@ -14,26 +14,13 @@ from slam.grid import Grid, Patch
 from sonarlog.apart import Apart, apart, plain
 from sonarlog.canonical import read_canonical
 from sonarlog.diff import cell_changes
-from sonarlog.diff_words import decision_words
-from sonarlog.digest import BLOCKS, MAP, digest_of
+from sonarlog.diff.decisions import decided
+from sonarlog.diff.first import NEEDS, kept
+from sonarlog.digest import BLOCKS, MAP
 from sonarlog.errors import SonarlogError
 from sonarlog.recording import recording_digest
-from sonarlog.runs import BadRun, Run, read_blocks
+from sonarlog.runs import Run, read_blocks
 from sonarlog.step_data import chains_of, pose_data
-
-NEEDS = {
-    "A": "",
-    "B": "A",
-    "C": "B",
-    "D": "C",
-    "E": "BD",
-    "F": "BE",
-    "G": "BCDF",
-    "H": "BCG",
-    "I": "F",
-    MAP: "H",
-}
-"""Which blocks' results of the same sweep each block takes."""
 
 
 class NoRecording(SonarlogError):
@@ -161,26 +148,17 @@ def _asked(run: Run, again: Run) -> Parting:
 
 
 def _parting(run: Run, again: Run, k: int, block: str) -> Parting:
-    mine, yours = _kept(run, k), _kept(again, k)
+    mine, yours = kept(run, k), kept(again, k)
     inputs = {f"{letter} {BLOCKS[letter][0]}": read_canonical(yours[letter]) for letter in NEEDS[block]}
     inputs["before"] = _state_before(again, k)
     if block == MAP:
         words = "what the cells became differs, though what was added to them does not"
         return Parting(k, MAP, "the map", words, inputs, (None, None), ())
-    words = decision_words(block, run.sweeps[k].data, again.sweeps[k].data, ("run", "replay"))
     outputs = (read_canonical(mine[block]) if mine else None, read_canonical(yours[block]))
     differences = tuple(apart(*outputs)) if mine else ()
+    said = decided(block, (run.sweeps[k].data, again.sweeps[k].data), outputs, differences)
+    words = f"run: {said[0]}; replay: {said[1]}"
     return Parting(k, block, BLOCKS[block][0], words, inputs, outputs, differences)
-
-
-def _kept(run: Run, k: int) -> dict[str, bytes]:
-    """The canonical bytes of one sweep's blocks; empty where the run keeps none. Raises BadRun."""
-    for blocks in islice(read_blocks(run.path), k, k + 1):
-        for letter, data in blocks.items():
-            if digest_of(data) != run.sweeps[k].digests[letter]:
-                raise BadRun(f"{run.path} was altered: block {letter} of sweep {k} does not have its digest")
-        return blocks
-    return {}
 
 
 def _state_before(run: Run, k: int) -> dict[str, Any]:

@@ -10,11 +10,13 @@ from click.testing import CliRunner
 
 from cli.diff import command
 from cli.main import run as run_command
+from slam.geometry import Pose
 from slam.grid import Cells, Grid, Patch
 from slam.sweep import Sweep
-from sonarlog.diff import Diff, NotComparable, cell_changes, diff_runs
+from sonarlog.diff import NotComparable, Report, cell_changes, diff_runs
 from sonarlog.runs import read_run
 from tests.made_runs import drifting, made_run
+from tests.synthetic import corridor, scan
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +48,15 @@ def against_paper(
     *,
     recording: str = "one recording",
     truth: bool = True,
-) -> Diff:
+) -> Report:
     """The difference between the run `paper` and another one, made now with these changes."""
     other = made_run(folder / f"{name}.mcap", "paper", sweeps, changes, recording=recording, truth=truth)
     return diff_runs(read_run(paper), other)
+
+
+def elsewhere() -> list[Sweep]:
+    """Another drive, through a narrower corridor and the other way round."""
+    return [scan(corridor(width=1.6), Pose(-0.5 * k, 0.1, 0.3 * k)) for k in range(3)]
 
 
 def test_a_run_and_itself_are_the_same(folder: Path, paper: Path, sweeps: list[Sweep]) -> None:
@@ -133,7 +140,7 @@ def test_without_truth_nothing_is_said_of_it(folder: Path, paper: Path, sweeps: 
 
 def test_runs_that_cannot_be_compared_are_refused_by_name(folder: Path, paper: Path, sweeps: list[Sweep]) -> None:
     with pytest.raises(NotComparable, match="different recordings"):
-        against_paper(folder, paper, "elsewhere", sweeps[:1], recording="another")
+        against_paper(folder, paper, "elsewhere", elsewhere(), recording="another")
     with pytest.raises(NotComparable, match="cells of 5 cm and 10 cm"):
         against_paper(folder, paper, "coarse", sweeps[:1], {"map.cell_m": 0.1})
 

@@ -127,7 +127,7 @@ def test_values_that_do_not_have_their_digests_are_an_altered_file(
 ) -> None:
     run = made_run(tmp_path / "a.run.mcap", sweeps=sweeps)
     again = made_run(tmp_path / "b.run.mcap", sweeps=sweeps, changes={"map.wall": 41})
-    monkeypatch.setattr("sonarlog.verify.digest_of", lambda _: "0")
+    monkeypatch.setattr("sonarlog.diff.first.digest_of", lambda _: "0")
     with pytest.raises(BadRun, match=r"was altered: block A of sweep 0"):
         compare(run, again)
 

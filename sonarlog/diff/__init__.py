@@ -1,0 +1,36 @@
+"""What differs between two runs: one module a level, and the report that holds them all."""
+
+from sonarlog.diff.alignment import Alignment
+from sonarlog.diff.calibration import CalibrationChange
+from sonarlog.diff.cells import CellChanges, Window, cell_changes
+from sonarlog.diff.first import FirstDifference, first_difference
+from sonarlog.diff.matching import WallChange
+from sonarlog.diff.paths import PathChanges
+from sonarlog.diff.report import NotComparable, Report, Side, diff_runs
+from sonarlog.diff.rooms import RoomChange, RoomChanges
+from sonarlog.diff.tolerance import BadTolerance, Tolerance
+from sonarlog.diff.truth import Truth, TruthMetric
+from sonarlog.diff.walls import Wall
+
+__all__ = [
+    "Alignment",
+    "BadTolerance",
+    "CalibrationChange",
+    "CellChanges",
+    "FirstDifference",
+    "NotComparable",
+    "PathChanges",
+    "Report",
+    "RoomChange",
+    "RoomChanges",
+    "Side",
+    "Tolerance",
+    "Truth",
+    "TruthMetric",
+    "Wall",
+    "WallChange",
+    "Window",
+    "cell_changes",
+    "diff_runs",
+    "first_difference",
+]

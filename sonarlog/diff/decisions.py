@@ -1,0 +1,169 @@
+"""What a block decided in A and in B, in words, from the values that both sides keep of it.
+
+Must not know: how the first difference was found, printing.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from sonarlog.apart import Apart
+from sonarlog.words import block_lines, counted, wall_line
+
+Values = Mapping[str, Any]
+Said = tuple[str, str]
+NATURES = ("a wall or a point", "a wall", "a point")
+
+
+def decided(block: str, steps: tuple[Values, Values], outputs: tuple[Any, Any], found: tuple[Apart, ...]) -> Said:
+    """What the block made of the sweep in A and in B, where they differ.
+
+    `steps` are the steps' plain values, `outputs` the block's canonical values in plain terms (None where a run keeps
+    none), `found` what differs in these.
+    """
+    said: Said | None = None
+    if block == "E":
+        said = _chained(*steps)
+    if said is None and outputs[0] is not None and outputs[1] is not None:
+        said = _TOLD[block](*outputs) if block in _TOLD else None
+    if said is None:
+        mine, yours = (block_lines(step)[block] for step in steps)
+        said = (mine, yours) if mine != yours else None
+    return said or _values(found)
+
+
+def _values(found: tuple[Apart, ...]) -> Said:
+    """By name and number, where no words fit."""
+    if not found:
+        return ("has other values", "has other values")
+    first, more = found[0], len(found) - 1
+    rest = f" (and {counted(more, 'value')} more)" if more else ""
+    return f"{first.where} is {first.a!r}{rest}", f"{first.where} is {first.b!r}"
+
+
+def _readings(a: Values, b: Values) -> Said | None:
+    """A: which readings only one has."""
+    names = ("t_ns", "sonar", "range_mm")
+    mine, yours = (dict.fromkeys(zip(*(each[name].tolist() for name in names), strict=True)) for each in (a, b))
+    only_a, only_b = [row for row in mine if row not in yours], [row for row in yours if row not in mine]
+    if not only_a and not only_b:
+        return None
+    return _has(len(mine), only_a), _has(len(yours), only_b)
+
+
+def _has(count: int, only: list[tuple[int, ...]]) -> str:
+    if not only:
+        return f"has {counted(count, 'reading')}, none of its own"
+    t_ns, sonar, mm = only[0]
+    more = f" and {len(only) - 1} more" if len(only) > 1 else ""
+    return f"has {counted(count, 'reading')}, alone that of sonar {sonar} at {t_ns / 1e9:.2f} s ({mm} mm){more}"
+
+
+def _rcds(a: Values, b: Values) -> Said | None:
+    """C: the first RCD that the other does not see so."""
+    mine, yours = ([_rcd(rcd) for rcd in each["rcds"]] for each in (a, b))
+    return _lists(mine, yours, "RCD")
+
+
+def _rcd(rcd: Values) -> str:
+    strength = "strong" if rcd["strong"] else "weak"
+    return f"at {np.degrees(rcd['bearing']):.1f}°, {rcd['distance']:.3f} m, {strength}, of {rcd['sonars']} sonars"
+
+
+def _features(a: Values, b: Values) -> Said | None:
+    """D: the first RCD that is a wall to the one and something else to the other."""
+    mine, yours = ({**_kinds(each)} for each in (a, b))
+    for rcd in sorted(mine | yours):
+        if mine.get(rcd) != yours.get(rcd):
+            return f"takes RCD {rcd} for {mine.get(rcd, 'nothing')}", f"takes it for {yours.get(rcd, 'nothing')}"
+    return None
+
+
+def _kinds(features: Values) -> dict[int, str]:
+    walls = {wall["rcd"]: "a wall" for wall in features["walls"]}
+    corners = {corner["rcd"]: "a corner" for corner in features["corners"]}
+    return {**walls, **corners, **dict.fromkeys(features["narrow"], "a narrow thing")}
+
+
+def _chained(a: Values, b: Values) -> Said | None:
+    """E: the first wall that joins another chain, or none."""
+    for k, (mine, yours) in enumerate(zip(a["walls"], b["walls"], strict=False)):
+        if (mine["chain"], mine["joined"]) != (yours["chain"], yours["joined"]):
+            return wall_line(k, mine), wall_line(k, yours)
+    return None
+
+
+def _natures(a: Values, b: Values) -> Said | None:
+    """E: the first wall whose nature is told otherwise."""
+    mine, yours = ({link["wall"]: link for link in each.get("links", ())} for each in (a, b))
+    for wall in sorted(set(mine) & set(yours)):
+        one, other = (links[wall].get("nature", 0) for links in (mine, yours))
+        if one != other:
+            return f"takes wall {wall} for {_nature(one)}", f"takes it for {_nature(other)}"
+    return None
+
+
+def _nature(number: int) -> str:
+    return NATURES[number] if 0 <= number < len(NATURES) else f"nature {number}"
+
+
+def _evidence(a: Values, b: Values) -> Said | None:
+    """H: how many cells get other evidence, and where it differs most."""
+    left, bottom = (min(each[key] for each in (a, b)) for key in ("left", "bottom"))
+    right = max(each["left"] + each["delta"].shape[1] for each in (a, b))
+    top = max(each["bottom"] + each["delta"].shape[0] for each in (a, b))
+    laid = []
+    for each in (a, b):
+        whole = np.zeros((top - bottom, right - left), dtype=np.int64)
+        (rows, columns), y, x = each["delta"].shape, each["bottom"] - bottom, each["left"] - left
+        whole[y : y + rows, x : x + columns] = each["delta"]
+        laid.append(whole)
+    off = np.abs(laid[0] - laid[1])
+    count = int(np.count_nonzero(off))
+    if not count:
+        return None
+    row, column = (int(k) for k in np.unravel_index(int(np.argmax(off)), off.shape))
+    cells = f"{counted(count, 'cell')} {'gets' if count == 1 else 'get'} other evidence"
+    mine, yours = (int(whole[row, column]) for whole in laid)
+    return f"{cells}, most so cell ({left + column}, {bottom + row}): {mine:+d}", f"there {yours:+d}"
+
+
+def _goals(a: Values, b: Values) -> Said | None:
+    """I: the frontier that each goes to."""
+    mine, yours = (_goal(each) for each in (a, b))
+    return (mine, yours) if mine != yours else None
+
+
+def _goal(decision: Values) -> str:
+    if decision["chosen"] is None:
+        return "has nowhere to go"
+    region = decision["regions"][decision["chosen"]]
+    x, y = region["centre"]
+    return f"goes to the frontier of {region['cells']} cells at ({x:.2f}, {y:.2f}) m"
+
+
+def _lists(mine: list[str], yours: list[str], noun: str) -> Said | None:
+    only_a, only_b = _only(mine, yours), _only(yours, mine)
+    if only_a is None and only_b is None:
+        return None
+    return _sees(len(mine), noun, only_a), _sees(len(yours), noun, only_b)
+
+
+def _only(these: list[str], others: Iterable[str]) -> str | None:
+    known = set(others)
+    return next((each for each in these if each not in known), None)
+
+
+def _sees(count: int, noun: str, only: str | None) -> str:
+    return f"sees {counted(count, noun)}{f', alone one {only}' if only else ', none of its own'}"
+
+
+_TOLD: dict[str, Callable[[Values, Values], Said | None]] = {
+    "A": _readings,
+    "C": _rcds,
+    "D": _features,
+    "E": _natures,
+    "H": _evidence,
+    "I": _goals,
+}

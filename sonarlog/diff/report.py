@@ -1,0 +1,276 @@
+"""What differs between two runs, all levels of it: the report that the command line, pages and viewers show.
+
+Swapping the sides gives the mirrored report. Must not know: files' formats, printing, drawing.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from slam.geometry import ORIGIN
+from sonarlog.diff.alignment import Alignment, align
+from sonarlog.diff.calibration import CalibrationChange, calibration_changes
+from sonarlog.diff.cells import CellChanges, Window, cell_changes, together
+from sonarlog.diff.first import FirstDifference, first_difference
+from sonarlog.diff.matching import WallChange, match, same
+from sonarlog.diff.paths import PathChanges, path_changes
+from sonarlog.diff.rooms import RoomChange, RoomChanges, room_changes
+from sonarlog.diff.tolerance import Tolerance
+from sonarlog.diff.truth import Truth, truth_of
+from sonarlog.diff.walls import Wall, walls_of
+from sonarlog.errors import SonarlogError
+from sonarlog.log import Floats
+from sonarlog.runs import Run
+from sonarlog.scores import path_of
+
+ALONG_M, ALONG_RAD = 0.25, np.radians(15.0)
+"""Two recordings are of one drive if odometry has most of their sweeps nearer together than this."""
+
+
+class NotComparable(SonarlogError):
+    """Two runs that cannot be held against one another."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two: a run, `name` that tells it from the other, `asked` what the user wrote (may be empty)."""
+
+    run: Run
+    name: str
+    asked: str = ""
+
+    @cached_property
+    def path(self) -> Floats:
+        """The run's poses (n, 3): x m, y m, θ rad, in its own map's frame."""
+        return path_of(self.run)
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """The run's walls, in its own map's frame."""
+        return walls_of(self.run.chains)
+
+
+@dataclass(frozen=True)
+class Maps:
+    """What the maps differ in: how B's lies on A's, and cells, walls and free areas once it is laid there."""
+
+    alignment: Alignment
+    cells: CellChanges
+    walls: tuple[WallChange, ...]
+    rooms: RoomChanges
+
+
+@dataclass(frozen=True)
+class Report:
+    """All levels of the difference between A and B; `first` is None if their results are the same to the bit.
+
+    `settings` holds by name what was asked differently (algorithm, code, recording, settings), in A and in B. `cells`
+    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. `truth` is None where none
+    is known. With a `tolerance`, what differs within it counts as the same.
+    """
+
+    a: Side
+    b: Side
+    settings: dict[str, tuple[Any, Any]]
+    first: FirstDifference | None
+    alignment: Alignment
+    cells: CellChanges
+    aligned_cells: CellChanges
+    walls: tuple[WallChange, ...]
+    rooms: RoomChanges
+    path: PathChanges
+    calibration: tuple[CalibrationChange, ...]
+    truth: Truth | None
+    tolerance: Tolerance | None = None
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """What tells the sides apart."""
+        return self.a.name, self.b.name
+
+    @property
+    def sweeps(self) -> tuple[int, int]:
+        """How many sweeps each has."""
+        return len(self.a.run.sweeps), len(self.b.run.sweeps)
+
+    @property
+    def same(self) -> bool:
+        """Whether every block of every sweep, and the map, came out the same to the bit."""
+        return self.first is None
+
+    @property
+    def changed_walls(self) -> tuple[WallChange, ...]:
+        """The walls that are not the same, what matters most first."""
+        changed = [change for change in self.walls if change.kinds]
+        return tuple(sorted(changed, key=lambda change: -_weight(change)))
+
+    @property
+    def within(self) -> bool:
+        """Whether what differs is within the tolerance."""
+        given = self.tolerance
+        if given is None or self.sweeps[0] != self.sweeps[1]:
+            return False
+        whole = all(len(change.a) == len(change.b) == 1 for change in self.walls)
+        moved = max((1000 * abs(change.moved_m) for change in self.walls if change.kinds), default=0.0)
+        return (
+            1000 * self.path.largest_m <= given.mm
+            and self.path.largest_heading_deg <= given.deg
+            and self.cells.cells <= given.cells
+            and whole
+            and moved <= given.mm
+        )
+
+    @property
+    def verdict(self) -> str:
+        """`same`, `within` the tolerance, or `changed`."""
+        return "same" if self.same else "within" if self.within else "changed"
+
+    @property
+    def headline(self) -> str:
+        """The whole in a few sentences that a person can act on."""
+        from sonarlog.diff.headline import headline
+
+        return headline(self)
+
+    @cached_property
+    def window(self) -> Window:
+        """Both maps' cells in one rectangle of A's frame, B's where the alignment lays them: for drawing."""
+        return together(self.a.run.grid, self.b.run.grid, self.alignment.pose)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, ready for JSON, as docs/diff.md lists them."""
+        from sonarlog.diff.plain import report_data
+
+        return report_data(self)
+
+
+def _weight(change: WallChange) -> float:
+    """How much a change of a wall matters: walls that come and go by their length, then what moved."""
+    whole = 10.0 if {"gone", "appeared", "doubled", "single"} & set(change.kinds) else 0.0
+    return whole + change.wall.length_m * (1.0 + 10.0 * abs(change.moved_m)) + abs(change.longer_m)
+
+
+def diff_runs(a: Run, b: Run, *, asked: tuple[str, str] = ("", ""), tolerance: Tolerance | None = None) -> Report:
+    """Hold two runs against one another.
+
+    Raises NotComparable if they are of recordings of different drives, or if their cells have different sizes, and
+    BadRun for values that do not have their digests.
+    """
+    _check_comparable(a, b)
+    here, there = (Side(run, name, said) for run, name, said in zip((a, b), _names(a, b, asked), asked, strict=True))
+    first = first_difference(a, b)
+    maps = _same_maps(here, there) if first is None else _maps(here, there)
+    return Report(
+        a=here,
+        b=there,
+        settings=_settings(a, b),
+        first=first,
+        alignment=maps.alignment,
+        cells=cell_changes(a.grid, b.grid),
+        aligned_cells=maps.cells,
+        walls=maps.walls,
+        rooms=maps.rooms,
+        path=path_changes(here.path, there.path, maps.alignment.pose),
+        calibration=calibration_changes(_calibration(a), _calibration(b)),
+        truth=truth_of(a, b),
+        tolerance=tolerance,
+    )
+
+
+def _same_maps(a: Side, b: Side) -> Maps:
+    """Nothing has to be looked for where nothing differs."""
+    rooms = room_changes(together(a.run.grid, b.run.grid))
+    return Maps(Alignment(ORIGIN, (0.0, 0.0)), cell_changes(a.run.grid, b.run.grid), same(a.walls), rooms)
+
+
+def _maps(a: Side, b: Side) -> Maps:
+    """Always computed from the run with the smaller digest to the other, so that A and B swapped mirror one another."""
+    if a.run.digest > b.run.digest:
+        return _mirrored(_maps_in_order(b, a))
+    return _maps_in_order(a, b)
+
+
+def _maps_in_order(a: Side, b: Side) -> Maps:
+    alignment = align(a, b, min(len(a.path), len(b.path)))
+    laid = [wall.moved(alignment.pose) for wall in b.walls]
+    return Maps(
+        alignment=alignment,
+        cells=cell_changes(a.run.grid, b.run.grid, alignment.pose),
+        walls=match(a.walls, b.walls, laid),
+        rooms=room_changes(together(a.run.grid, b.run.grid, alignment.pose)),
+    )
+
+
+def _mirrored(maps: Maps) -> Maps:
+    back = maps.alignment.inverted()
+    walls = sorted(
+        (change.mirrored() for change in maps.walls),
+        key=lambda change: (0, change.a[0].number) if change.a else (1, change.b[0].number),
+    )
+    rooms = maps.rooms.mirrored()
+    changes = [RoomChange(room.kind, room.a_m2, room.b_m2, _moved(room.place, back)) for room in rooms.changes]
+    return Maps(back, maps.cells.mirrored(), tuple(walls), RoomChanges(rooms.free_m2, rooms.rooms, tuple(changes)))
+
+
+def _moved(place: tuple[float, float], alignment: Alignment) -> tuple[float, float]:
+    x, y = alignment.pose.points(np.array([place]))[0].tolist()
+    return float(x), float(y)
+
+
+def _check_comparable(a: Run, b: Run) -> None:
+    if a.identity.recording_digest != b.identity.recording_digest and not _one_drive(a, b):
+        raise NotComparable(
+            f"{a.path} and {b.path} are runs of different recordings, and not of one drive: "
+            "only what one robot saw on one way can be compared"
+        )
+    if a.grid.cell_m != b.grid.cell_m:
+        sizes = f"{100 * a.grid.cell_m:g} cm and {100 * b.grid.cell_m:g} cm"
+        raise NotComparable(f"{a.path} and {b.path} have cells of {sizes}: replay both with the same map.cell_m")
+
+
+def _one_drive(a: Run, b: Run) -> bool:
+    """Whether odometry has most sweeps of both at the same places, as it has if one recording is the other's edit."""
+    pairs = list(zip(a.sweeps, b.sweeps, strict=False))
+    steps = [
+        (a.sweeps[0].odometry.step_to(mine.odometry), b.sweeps[0].odometry.step_to(yours.odometry))
+        for mine, yours in pairs
+    ]
+    near = [
+        np.hypot(mine.x - yours.x, mine.y - yours.y) <= ALONG_M
+        and abs(np.angle(np.exp(1j * (mine.theta - yours.theta)))) <= ALONG_RAD
+        for mine, yours in steps
+    ]
+    return 2 * sum(map(bool, near)) > max(len(a.sweeps), len(b.sweeps))
+
+
+def _names(a: Run, b: Run, asked: tuple[str, str]) -> tuple[str, str]:
+    """What tells the runs apart: what was asked, else their algorithms, else their files."""
+    if all(asked) and asked[0] != asked[1]:
+        short = asked[0].partition("@")[2], asked[1].partition("@")[2]
+        return short if all(short) and short[0] != short[1] else asked
+    if a.identity.algorithm != b.identity.algorithm:
+        return a.identity.algorithm, b.identity.algorithm
+    return a.path.name, b.path.name
+
+
+def _settings(a: Run, b: Run) -> dict[str, tuple[Any, Any]]:
+    """What of the runs' identities differs: recording, algorithm, code, and each setting by its full name."""
+    mine, yours = _identity(a), _identity(b)
+    return {key: (mine.get(key), yours.get(key)) for key in (mine | yours) if mine.get(key) != yours.get(key)}
+
+
+def _identity(run: Run) -> dict[str, Any]:
+    identity = run.identity
+    return {
+        "recording": identity.recording_digest,
+        "algorithm": f"{identity.algorithm} {identity.algorithm_version}",
+        "code": identity.code_digest,
+        **identity.config,
+    }
+
+
+def _calibration(run: Run) -> dict[str, Any]:
+    """What the run thinks of the robot after its last sweep."""
+    return dict(run.sweeps[-1].data.get("calibration") or {}) if run.sweeps else {}
