@@ -148,8 +148,7 @@ def _live(viz: str | None, title: str, *, force: bool) -> "Iterator[LiveView | N
     if viz is None:
         yield None
         return
-    from sonarlog.viz.live import LiveView
-    from sonarlog.viz.rerun_door import live_stage
+    from sonarlog.viz.live import LiveView, live_stage
 
     view = LiveView(live_stage(title, None if viz == WINDOW else viz, force=force))
     try:

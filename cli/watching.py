@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from slam.geometry import Pose
     from slam.pipeline import Step
     from sonarlog.log import Log
-    from sonarlog.viz.rerun_door import Inspection
+    from sonarlog.viz.inspection import Inspection
 
 WINDOW = "window"
 """The value of --viz that asks for the viewer's own window; any other is a file."""
@@ -27,7 +27,7 @@ class Watch:
         self._count = sweeps
         if self._viz is None:
             return
-        from sonarlog.viz.rerun_door import inspect_live, inspect_to_file
+        from sonarlog.viz.inspection import inspect_live, inspect_to_file
 
         if self._viz == WINDOW:
             self._inspection = inspect_live(self._title, log)

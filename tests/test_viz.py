@@ -14,21 +14,27 @@ from rerun.experimental import ViewerClient
 from cli.main import run as run_command
 from slam import pipeline
 from slam.algorithms import algorithm
+from slam.grid import Grid
 from slam.pipeline import Step
 from sonarlog.log import Log, Odometry, Readings, Truth
 from sonarlog.robot import load_robot
+from sonarlog.viz.inspection import inspect_live, inspect_to_file
 from sonarlog.viz.native import NoViewer, Viewer, require_display, start_viewer
-from sonarlog.viz.rerun_door import CannotSave, inspect_live, inspect_to_file
+from sonarlog.viz.pieces import A_PIECE, Pieces, Tiles, merged
+from sonarlog.viz.rerun_door import CannotSave
 from sonarlog.viz.scene import Scene
-from sonarlog.viz.shapes import Dots, Raster, Strips
+from sonarlog.viz.shapes import Dots, Labels, Raster, Shape, Strips
 from tests.made_runs import SURFACES, TRUE, drifting
 from tests.synthetic import RING
 
 EVERYWHERE = {
-    "/map/grid", "/map/patch", "/map/odometry/path", "/map/odometry/robot", "/map/corrected/path",
-    "/map/corrected/robot", "/map/predicted/robot", "/map/readings/in_rcd", "/map/readings/near_rcd",
-    "/map/readings/alone", "/map/sweep/rcds", "/map/sweep/walls", "/map/chains/walls", "/map/chains/roots",
-    "/map/frontier/cells", "/map/goal/path", "/map/true/walls", "/map/true/path", "/blocks",
+    "/map/A_sensing/echoes", "/map/A_sensing/no_echo", "/map/B_calibration/raw", "/map/B_calibration/calibrated",
+    "/map/C_reliability/in_rcd", "/map/C_reliability/alone", "/map/C_reliability/rcds", "/map/D_features/walls",
+    "/map/E_association/links", "/map/E_association/names", "/map/F_localisation/before", "/map/F_localisation/after",
+    "/map/F_localisation/correction_x10", "/map/G_recomputed/after", "/map/H_extension/patch",
+    "/map/H_extension/grid/x0_y0", "/map/I_decision/path", "/map/I_decision/frontier/x0_y0",
+    "/map/path/corrected/0", "/map/path/odometry/0", "/map/path/true/0", "/map/robot/corrected", "/map/true/walls",
+    "/map/chains/walls/0", "/map/chains/roots/0", "/blocks",
     "/plots/turn/turn_deg", "/plots/d1/after_cm", "/plots/error/corrected_cm",
 }  # fmt: skip
 
@@ -93,17 +99,28 @@ def test_the_file_holds_every_entity_at_every_sweep(saved: Path, steps: list[Ste
     assert sweeps == set(range(len(steps)))
 
 
-def test_the_viewer_shows_every_sweep_without_a_complaint(viewer: Viewer, saved: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("tab", [0, 1, 2])
+def test_the_viewer_shows_every_sweep_without_a_complaint(
+    viewer: Viewer, log: Log, steps: list[Step], tmp_path: Path, tab: int
+) -> None:
+    with inspect_to_file("synthetic corridor", log, tmp_path / "tab.rrd", tab=tab) as inspection:
+        for step, true in zip(steps, TRUE, strict=True):
+            inspection.add(step, true)
     client = ViewerClient.connect(viewer.url)
-    client.open(str(saved))
+    client.open(str(tmp_path / "tab.rrd"))
+    pictures = []
     for sweep in (0, 4):
         client.set_time("sweep", sequence=sweep, play_state="paused")
-        client.save_screenshot(str(tmp_path / f"{sweep}.png"))
+        pictures.append(picture(client, tmp_path))
         views = client.get_state().views
-        assert len(views) == 9
+        assert len(views) == 5 + 10 + 7
         assert [report for view in views for report in view.reports] == []
-    first, last = (np.asarray(Image.open(tmp_path / f"{sweep}.png").convert("L")) for sweep in (0, 4))
-    assert np.count_nonzero(first != last) > 1000
+    assert np.count_nonzero(pictures[0] != pictures[1]) > 1000
+
+
+def picture(client: ViewerClient, folder: Path) -> "np.ndarray[tuple[int, ...], np.dtype[np.uint8]]":
+    client.save_screenshot(str(folder / "shot.png"))
+    return np.asarray(Image.open(folder / "shot.png").convert("L"))
 
 
 def test_a_running_viewer_follows_the_replay(viewer: Viewer, log: Log, steps: list[Step]) -> None:
@@ -121,33 +138,84 @@ def test_a_running_viewer_follows_the_replay(viewer: Viewer, log: Log, steps: li
     assert arrived == [2]
 
 
+def shown(steps: list[Step]) -> list[dict[str, Shape]]:
+    scene = Scene(RING, 0.15, None)
+    return [scene.show(step).shapes for step in steps]
+
+
 def test_the_map_lies_where_its_cells_are(steps: list[Step]) -> None:
-    shapes = Scene(0.15, None).show(steps[0]).shapes
-    raster = shapes["map/grid"]
-    assert isinstance(raster, Raster)
-    rows, columns = np.nonzero(raster.pixels == 0)
-    y, x = raster.y + (rows + 0.5) * raster.cell_m, raster.x + (columns + 0.5) * raster.cell_m
-    walls = np.abs(np.abs(y[np.abs(x) < 0.3]) - 1.0)
+    rasters = [shape for path, shape in shown(steps[:1])[0].items() if "/grid/" in path]
+    walls: list[float] = []
+    for raster in rasters:
+        assert isinstance(raster, Raster)
+        rows, columns = np.nonzero(raster.pixels == 0)
+        y, x = raster.y + (rows + 0.5) * raster.cell_m, raster.x + (columns + 0.5) * raster.cell_m
+        walls += np.abs(np.abs(y[np.abs(x) < 0.3]) - 1.0).tolist()
     assert len(walls) > 4
-    assert float(walls.max()) < 0.06
+    assert max(walls) < 0.06
 
 
 def test_readings_are_shown_by_class_and_roots_apart(steps: list[Step]) -> None:
-    scene = Scene(0.15, None)
-    shown = [scene.show(step) for step in steps]
-    last, step = shown[-1].shapes, steps[-1]
-    in_rcd, roots, walls = last["map/readings/in_rcd"], last["map/chains/roots"], last["map/chains/walls"]
+    drawn, step = shown(steps), steps[-1]
+    last = merged(drawn)
+    in_rcd, roots, walls = (
+        last[f"map/{name}"] for name in ("C_reliability/in_rcd", "chains/roots/0", "chains/walls/0")
+    )
     assert isinstance(in_rcd, Dots)
     assert len(in_rcd.points) == sum(len(rcd.readings) for rcd in step.reliability.rcds)
     assert isinstance(roots, Strips)
     assert isinstance(walls, Strips)
     assert len(roots.lines) == len(step.state.chains.roots)
     assert roots.width > walls.width
-    assert "map/true/path" not in last
+    assert "map/path/true/0" not in last
+
+
+def test_links_and_correction_are_shown_and_said(steps: list[Step]) -> None:
+    turned = shown(steps)[2]
+    names, arrow = turned["map/E_association/names"], turned["map/F_localisation/correction_x10"]
+    assert isinstance(names, Labels)
+    assert "wall 0 → chain 1: d1" in " ".join(names.words)
+    said = turned["map/F_localisation/name"]
+    assert isinstance(said, Labels)
+    assert "-3.0°" in said.words[0]
+    assert isinstance(arrow, Strips)
+
+
+def test_raw_echoes_lie_where_calibrated_ones_do_if_there_is_nothing_to_calibrate(steps: list[Step]) -> None:
+    first = shown(steps)[0]
+    raw, calibrated = first["map/B_calibration/raw"], first["map/B_calibration/calibrated"]
+    assert isinstance(raw, Dots)
+    assert isinstance(calibrated, Dots)
+    off = np.hypot(*(np.asarray(raw.points) - np.asarray(calibrated.points)).T)
+    assert float(np.median(off)) < 0.05
+
+
+def test_only_what_changed_is_drawn_again() -> None:
+    pieces = Pieces("p", lambda _, rows: Strips([rows], [(0, 0, 0)]), joined=True)
+    rows = np.arange(20.0 * A_PIECE).reshape(-1, 2)
+    assert list(pieces.changed(rows[:-1])) == [f"p/{k}" for k in range(10)]
+    assert list(pieces.changed(rows)) == ["p/9"]
+    assert list(pieces.changed(rows + 0.0001)) == []
+    rows[A_PIECE // 2] += 1.0
+    assert list(pieces.changed(rows)) == ["p/0"]
+    gone = pieces.changed(rows[:A_PIECE])
+    assert list(gone) == [f"p/{k}" for k in range(1, 10)]
+
+
+def test_a_tile_is_drawn_again_when_it_changes(steps: list[Step]) -> None:
+    tiles = Tiles("grid", "frontier")
+    grids = [step.state.grid for step in steps]
+    assert len([path for path in tiles.changed(grids[0]) if path.startswith("grid")]) == len(grids[0].tiles)
+    assert tiles.changed(grids[0]) == {}
+    again = [path for path in tiles.changed(grids[-1]) if path.startswith("grid")]
+    assert 0 < len(again) <= len(grids[-1].tiles)
+    cleared = tiles.changed(Grid(0.05, 15, -6))["grid/x0_y0"]
+    assert isinstance(cleared, Raster)
+    assert set(cleared.pixels.flat) == {205}
 
 
 def test_the_text_says_what_each_block_decided(steps: list[Step]) -> None:
-    scene = Scene(0.15, None)
+    scene = Scene(RING, 0.15, None)
     text = [scene.show(step).text for step in steps][2]
     assert [f"**{letter}**" in text for letter in "ABCDEFGHI"] == [True] * 9
     assert "joins chain 0" in text

@@ -15,9 +15,8 @@ from sonarlog.protocol.packets import Sip
 from sonarlog.recording import recording_digest
 from sonarlog.robot import load_robot
 from sonarlog.viz import live
-from sonarlog.viz.live import LiveView
+from sonarlog.viz.live import LiveView, live_stage
 from sonarlog.viz.native import NoViewer, start_viewer
-from sonarlog.viz.rerun_door import live_stage
 from sonarlog.viz.shapes import Dots, Shape, Strips
 
 ROBOT = load_robot("amigo-sh")

@@ -5,9 +5,10 @@ Nobody ever waits for it. Must not know: Rerun, ports, files.
 
 from collections import deque
 from collections.abc import Mapping
+from pathlib import Path
 from threading import Event as Flag
 from threading import Thread
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -15,14 +16,19 @@ from sonarlog.decode import Reading, Sample
 from sonarlog.log import Event
 from sonarlog.protocol.packets import Sip
 from sonarlog.robot import Robot
-from sonarlog.viz.shapes import Dots, Shape, Strips
+from sonarlog.viz.layout import live_layout
+from sonarlog.viz.shapes import GREY, Dots, Shape, Strips
+
+if TYPE_CHECKING:
+    from sonarlog.viz.native import Viewer
+    from sonarlog.viz.rerun_door import Canvas
 
 EVERY_S = 0.2
 WAITING = 4096  # samples and events that may wait; then the oldest are left out
 A_PIECE = 500  # echoes, or poses, drawn as one thing: only the newest piece is sent again
 CLOSE_S = 5.0
 RADIANS = 6.283185307179586 / (1 << 20)
-BLUE, GREEN, GREY = (0, 114, 178), (0, 158, 115), (120, 120, 120)
+BLUE, GREEN = (0, 114, 178), (0, 158, 115)
 
 
 class Stage(Protocol):
@@ -36,6 +42,38 @@ class Stage(Protocol):
 
     def finish(self) -> None:
         """Send what is left."""
+
+
+class CanvasStage:
+    """A stage on a canvas."""
+
+    def __init__(self, canvas: "Canvas") -> None:
+        self._canvas = canvas
+        canvas.lay_out(live_layout())
+
+    def show(self, t_ns: int, shapes: Mapping[str, Shape], numbers: Mapping[str, float]) -> None:
+        """What is new at that time."""
+        self._canvas.at(t_ns=t_ns)
+        self._canvas.draw(shapes)
+        self._canvas.numbers(numbers)
+
+    def say(self, event: Event) -> None:
+        """An event."""
+        self._canvas.at(t_ns=event.t_ns)
+        self._canvas.say("events", event.text, event.level)
+
+    def finish(self) -> None:
+        """Send what is left. Raises CannotSave."""
+        self._canvas.finish()
+
+
+def live_stage(
+    title: str, path: Path | str | None = None, *, viewer: "Viewer | None" = None, force: bool = False
+) -> CanvasStage:
+    """To a viewer (None: one in its own window), or to an .rrd file. Raises NoViewer, CannotSave."""
+    from sonarlog.viz.rerun_door import canvas
+
+    return CanvasStage(canvas(title, path, viewer=viewer, force=force, application="sonarlog_live"))
 
 
 class LiveView:
