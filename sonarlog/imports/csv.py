@@ -21,6 +21,7 @@ RANGE = {"mm": Decimal(1), "m": Decimal(10**3)}
 ANGLE = {"turn": Decimal(TURN), "deg": Decimal(TURN) / 360, "rad": TURN / TWO_PI}
 LARGEST = 10**18
 SETTING = re.compile(r"#\s*(name|half_beam_deg|max_range_mm|radius_mm|sonar)\s*:\s*(.*?)\s*$")
+REPORTED = "odometry"
 RANGE_COLUMN = re.compile(r"r(\d+)_(mm|m)$")
 
 
@@ -41,6 +42,7 @@ class Table:
     robot: Robot
     pose: tuple[Column, Column, Column, Column]  # t, x, y, theta
     ranges: tuple[Column, ...]
+    reported: int | None  # the column that says whether the robot reported the pose; None: it did, always
     data: tuple[tuple[int, list[str]], ...]
 
 
@@ -59,17 +61,18 @@ def read(path: Path) -> Table:
     )
     ranges = _range_columns(path, head_line, names)
     known = {column.index for column in (t, x, y, theta, *ranges)}
+    reported = names.index(REPORTED) if REPORTED in names else None
     for index, name in enumerate(names):
-        if index not in known:
+        if index not in known and index != reported:
             raise BadRow(path, head_line, f"unknown column {name!r}")
     if len(ranges) != len(robot.sonars):
         raise BadRow(path, head_line, f"{len(ranges)} range columns, but {len(robot.sonars)} '# sonar:' lines")
-    return Table(path, robot, (t, x, y, theta), ranges, tuple(cells[1:]))
+    return Table(path, robot, (t, x, y, theta), ranges, reported, tuple(cells[1:]))
 
 
 def rows(table: Table) -> Iterator[Row]:
     """The rows. Raises BadRow for a cell that is no number and a row of the wrong length."""
-    width = len(table.pose) + len(table.ranges)
+    width = len(table.pose) + len(table.ranges) + (table.reported is not None)
     for line, cells in table.data:
         if len(cells) != width:
             raise BadRow(table.path, line, f"{len(cells)} cells where {width} belong")
@@ -79,7 +82,14 @@ def rows(table: Table) -> Iterator[Row]:
 
         t_ns, x_um, y_um, heading = (cell(column) for column in table.pose)
         ranges = tuple(_range(cells[c.index], cell, c, table.robot.max_range_mm) for c in table.ranges)
-        yield Row(line, t_ns, x_um, y_um, heading, ranges)
+        yield Row(line, t_ns, x_um, y_um, heading, ranges, _reported(table, line, cells))
+
+
+def _reported(table: Table, line: int, cells: list[str]) -> bool:
+    text = "1" if table.reported is None else cells[table.reported]
+    if text not in ("0", "1"):
+        raise BadRow(table.path, line, f"{REPORTED} is {text!r}, not 0 or 1")
+    return text == "1"
 
 
 def _range(text: str, cell: Callable[[Column], int], column: Column, no_echo_mm: int) -> int | None:

@@ -26,7 +26,10 @@ class BadRow(SonarlogError):
 
 @dataclass(frozen=True)
 class Row:
-    """One moment: where odometry had the robot (µm, µm, 1/2^20 of a turn), and mm by sonar, None for no reading."""
+    """One moment: where odometry had the robot (µm, µm, 1/2^20 of a turn), and mm by sonar, None for no reading.
+
+    `odometry` is False where the pose is known of the readings' moment only, and is none that the robot reported.
+    """
 
     line: int
     t_ns: int
@@ -34,6 +37,7 @@ class Row:
     y_um: int
     heading: int
     ranges_mm: tuple[int | None, ...]
+    odometry: bool = True
 
 
 def lines_of(path: Path) -> list[str]:
@@ -68,7 +72,10 @@ def write_rows(
         recording.identity({"imported_from": source.name}, robot)
         for row in checked:
             pose = Pose(row.x_um, row.y_um, row.heading)
-            recording.odometry(row.t_ns, *pose)
+            if row.odometry:
+                recording.odometry(row.t_ns, *pose)
+            else:
+                recording.reading_odometry(row.t_ns, *pose)
             readings = [
                 Reading(row.t_ns, sonar, distance, pose)
                 for sonar, distance in enumerate(row.ranges_mm)
@@ -99,4 +106,6 @@ def _checked(source: Path, rows: list[Row], robot: Robot) -> list[Row]:
         last_ns = row.t_ns
     if all(distance is None for row in rows for distance in row.ranges_mm):
         raise BadRow(source, 0, "holds no readings")
+    if not any(row.odometry for row in rows):
+        raise BadRow(source, 0, "holds no row of odometry: some must have another odometry than 0")
     return rows

@@ -9,6 +9,7 @@ from sonarlog.ros2 import Point, Pose, Quaternion
 
 WIRE = "/wire"
 ODOMETRY = "/odom"
+READING_ODOMETRY = "/sonar/odometry"  # of imports: where the robot was when a sonar fired, if that is known
 TF = "/tf"
 TF_STATIC = "/tf_static"
 POINTS = "/sonar/points"

@@ -64,14 +64,17 @@ def log_from_topics(file: McapReader, robot: Robot | None, start_ns: int, given:
     else:
         sources = [(layout.sonar_topic(i), layout.sonar_frame(i)) for i in range(len(robot.sonars))]
     counts: Counter[str] = Counter()
-    odometry = _odometry(messages, start_ns)
+    between = topics.odometry.get(layout.READING_ODOMETRY, [])
+    places = _odometry(sorted([*messages, *between], key=lambda timed: timed[0]), start_ns)
     if given is not None:
         if len(given.sonars) != len(robot.sonars):
             raise MissingTopics(file, f"holds {len(robot.sonars)} sonars, the robot given has {len(given.sonars)}")
-        robot, odometry = given, _corrected(odometry, given)
+        robot, places = given, _corrected(places, given)
     rows = sorted(_rows(topics.ranges, sources, robot, start_ns, counts))
-    readings = _placed(np.array(rows, dtype=np.int64).reshape(-1, 3), odometry, counts)
+    readings = _placed(np.array(rows, dtype=np.int64).reshape(-1, 3), places, counts)
     counts["readings"] = len(readings.t_ns)
+    own = np.isin(places.t_ns, [t_ns - start_ns for t_ns, _ in messages])
+    odometry = Odometry(**{name: column[own] for name, column in vars(places).items()})
     return Log(robot, odometry, readings, counts=dict(counts))
 
 

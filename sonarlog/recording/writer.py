@@ -122,6 +122,15 @@ class RecordingWriter:
         moved = ros2.Transform(ros2.Vector3(pose.position.x, pose.position.y), pose.orientation)
         self._write(layout.TF, t_ns, ros2.TFMessage((ros2.TransformStamped(header, BASE_FRAME, moved),)))
 
+    def reading_odometry(self, t_ns: int, x_um: int, y_um: int, heading: int) -> None:
+        """Where the robot was when its sonars fired, if that is known better than between two poses of /odom."""
+        topic = layout.READING_ODOMETRY
+        if topic not in self._channels:
+            self._channels[topic] = self._channel(topic, ros2.Odometry)
+        pose = ros2.PoseWithCovariance(layout.planar(x_um, y_um, heading))
+        header = self._header(t_ns, ODOM_FRAME)
+        self._write(topic, t_ns, ros2.Odometry(header, BASE_FRAME, pose, ros2.TwistWithCovariance()))
+
     def reading(self, t_ns: int, sonar: int, range_mm: int) -> None:
         """A new reading at its own moment. What saw nothing is written as it was measured, above max_range."""
         robot = self._known_robot()
