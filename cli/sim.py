@@ -18,6 +18,10 @@ import click
 )  # fmt: skip
 @click.option("--noise", default=10.0, show_default=True, metavar="MM", help="Standard deviation of a range.")
 @click.option("--outliers", default=0.04, show_default=True, metavar="SHARE", help="Share of wild readings.")
+@click.option("--mounting", default=0.0, metavar="DEG", help="How far the sonars look past where they ought to.")
+@click.option("--dead", default="", metavar="SONARS", help="Sonars that hear nothing, such as 0,3.")
+@click.option("--stuck", default="", metavar="SONAR:MM", help="Sonars that always say the same, such as 2:1500.")
+@click.option("--kick", default="", metavar="KICK", help="Moved unawares once: after=10,turn=3 or after=10,aside=0.2.")
 @click.option("--robot", default="amigo-sh", show_default=True, help="Robot type, or your own FILE.toml.")
 def command(world: str | None, list_worlds: bool, listen: str, as_pty: bool, speed: float, **settings: Any) -> None:
     """Be an AmigoBot in a simulated world, for any client that speaks its protocol.

@@ -255,7 +255,7 @@ class Recorder:
         if identity.world is not None and self._identified is None:
             from sonarlog.sim import world
 
-            if identity.world in world.built_in():
+            if world.is_ours(identity.world):
                 self._transcript.surfaces(world.load_world(identity.world).surfaces())
 
     def _transmit(self, data: bytes) -> None:

@@ -287,10 +287,11 @@ def test_odometry_texts() -> None:
 @pytest.mark.parametrize(
     ("url", "complaint"),
     [
-        ("sim://corridor?sped=3", "no 'sped'; known are seed, speed, odometry, noise, outliers, robot"),
+        ("sim://corridor?sped=3", "no 'sped'; known are seed, speed, odometry, noise, outliers, robot, mounting"),
         ("sim://corridor?seed=one", "seed cannot be 'one'"),
         ("sim://corridor?noise=-1", "noise cannot be -1; it goes from 0 to 1000"),
         ("sim://corridor?speed=nan", "speed cannot be nan"),
+        ("sim://corridor?mounting=30", "mounting cannot be 30; it goes from 0 to 20"),
     ],
 )
 def test_bad_urls(url: str, complaint: str) -> None:

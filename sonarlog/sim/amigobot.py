@@ -12,6 +12,7 @@ from sonarlog.protocol.packets import Sync
 from sonarlog.robot import Robot
 from sonarlog.sim.body import Body
 from sonarlog.sim.drive import TICK_NS, Drive
+from sonarlog.sim.faults import Kick, SonarFaults
 from sonarlog.sim.odometry import Floor, OdometryErrors
 from sonarlog.sim.physics import Acoustics, Physics
 from sonarlog.sim.reports import WATCHDOG_NS, config, encoders, sim_stat, sip
@@ -25,14 +26,23 @@ class AmigoBot:
     """One robot in one world. `now_ns` is its own time, which only `advance` and `tick` move."""
 
     def __init__(
-        self, world: World, *, seed: int, robot: Robot, errors: OdometryErrors, acoustics: Acoustics | None = None
+        self,
+        world: World,
+        *,
+        seed: int,
+        robot: Robot,
+        errors: OdometryErrors,
+        acoustics: Acoustics | None = None,
+        faults: SonarFaults | None = None,
+        kick: Kick | None = None,
     ) -> None:
         self.now_ns = 0
         self.world = world
         self._robot = robot
-        self._body = Body(world, Floor(errors, seed), robot.radius_mm / 1000)
+        self._body = Body(world, Floor(errors, seed), robot.radius_mm / 1000, kick)
         self._drive = Drive(robot, self._body)
-        self._sonars = Sonars(robot, self._body, Physics(world, acoustics or Acoustics(), seed))
+        physics = Physics(world, acoustics or Acoustics(), seed)
+        self._sonars = Sonars(robot, self._body, physics, faults or SonarFaults())
         self._framer = Framer()
         self._out = bytearray()
         self._synced: int | None = None  # the last SYNC heard while closed

@@ -5,8 +5,9 @@ Metres and radians; headings are not wrapped. Must not know: commands, packets, 
 
 from math import inf, sqrt
 
-from slam.dmath import PI, sincos
+from slam.dmath import DEGREE, PI, sincos
 from slam.sweep import TURN
+from sonarlog.sim.faults import Kick
 from sonarlog.sim.odometry import Floor
 from sonarlog.sim.world import World
 
@@ -15,13 +16,15 @@ _FAR = 2000.0
 
 
 class Body:
-    """A round robot of that radius at the start of that world."""
+    """A round robot of that radius at the start of that world; a kick moves it once."""
 
-    def __init__(self, world: World, floor: Floor, radius: float) -> None:
+    def __init__(self, world: World, floor: Floor, radius: float, kick: Kick | None = None) -> None:
         self._floor = floor
         self._radius = radius
         self._walls = [(w.x0, w.y0, (w.x1 - w.x0) / w.length, (w.y1 - w.y0) / w.length, w.length) for w in world.walls]
         self._poles = [(p.x, p.y, p.radius) for p in world.poles]
+        self._kick = kick
+        self._driven = 0.0  # metres the wheels have run either way
         self.travel, self.turned = 0.0, 0.0  # metres and radians the wheels have run, ever
         self.stalled = False
         self.place(0.0, 0.0, 0.0)
@@ -56,6 +59,21 @@ class Body:
         self.heading += true_turn
         self.odometry_heading += turn
         self.turned += turn
+        self._driven += abs(distance)
+        if self._kick and self._driven >= self._kick.after:
+            self._take(self._kick)
+            self._kick = None
+
+    def _take(self, kick: Kick) -> None:
+        """Be moved; where there is no room, to the other side; where there is none either, nowhere."""
+        sine, cosine = sincos(self.heading)
+        x, y = kick.ahead * cosine - kick.aside * sine, kick.ahead * sine + kick.aside * cosine
+        for way in (1.0, -1.0):
+            part = [(self.x + way * x * k / 10, self.y + way * y * k / 10) for k in range(1, 11)]
+            through = any(self._clearance(*point) < self._radius / 2 for point in part)
+            if not through and self._clearance(*part[-1]) >= self._radius:
+                self.place(*part[-1], self.heading + kick.turn * DEGREE)
+                return
 
     def _go(self, x: float, y: float) -> bool:
         """Go there, unless that is nearer to something than the radius, and nearer than now."""

@@ -8,18 +8,35 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
-from urllib.parse import parse_qsl, unquote, urlsplit
+from urllib.parse import parse_qsl, unquote
 
 from sonarlog.errors import SonarlogError
 from sonarlog.robot import load_robot
 from sonarlog.sim.amigobot import AmigoBot
+from sonarlog.sim.faults import LARGEST_MOUNTING_DEG, parse_faults, parse_kick
 from sonarlog.sim.odometry import parse_errors
 from sonarlog.sim.physics import Acoustics
 from sonarlog.sim.world import load_world
 
 SCHEME = "sim://"
-_RANGES = {"speed": (0.0, 1e6), "noise": (0.0, 1000.0), "outliers": (0.0, 1.0)}
-_SETTINGS = {"seed": int, "speed": float, "odometry": str, "noise": float, "outliers": float, "robot": str}
+_RANGES = {
+    "speed": (0.0, 1e6),
+    "noise": (0.0, 1000.0),
+    "outliers": (0.0, 1.0),
+    "mounting": (0.0, LARGEST_MOUNTING_DEG),
+}
+_SETTINGS: dict[str, Callable[[str], Any]] = {
+    "seed": int,
+    "speed": float,
+    "odometry": str,
+    "noise": float,
+    "outliers": float,
+    "robot": str,
+    "mounting": float,
+    "dead": str,
+    "stuck": str,
+    "kick": str,
+}
 
 
 class BadSimulation(SonarlogError):
@@ -31,7 +48,8 @@ class Simulation:
     """What to simulate, as the URL and the command line say it.
 
     noise: standard deviation of a range, mm. outliers: share of wild readings. odometry: see `parse_errors`.
-    speed: how much faster than the clock the robot lives; 0 as fast as it can.
+    speed: how much faster than the clock the robot lives; 0 as fast as it can. mounting: how many degrees the sonars
+    look past where they ought to; dead, stuck: see `parse_faults`; kick: see `parse_kick`.
     """
 
     world: str
@@ -41,6 +59,10 @@ class Simulation:
     noise: float = 10.0
     outliers: float = 0.04
     robot: str = "amigo-sh"
+    mounting: float = 0.0
+    dead: str = ""
+    stuck: str = ""
+    kick: str = ""
 
     def __post_init__(self) -> None:
         for name, (low, high) in _RANGES.items():
@@ -49,26 +71,42 @@ class Simulation:
                 raise BadSimulation(f"the simulator's {name} cannot be {value:g}; it goes from {low:g} to {high:g}")
 
     def build(self) -> AmigoBot:
-        """The robot in its world. Raises BadWorld, BadRobot, BadOdometry."""
+        """The robot in its world. Raises BadWorld, BadRobot, BadOdometry, BadFault."""
         world = load_world(self.world)
         robot = load_robot(self.robot)
         acoustics = Acoustics(noise_m=self.noise / 1000, outliers=self.outliers, max_range_m=robot.max_range_mm / 1000)
         errors = parse_errors(self.odometry, self.seed)
-        return AmigoBot(world, seed=self.seed, robot=robot, errors=errors, acoustics=acoustics)
+        faults = parse_faults(
+            self.mounting,
+            self.dead,
+            self.stuck,
+            seed=self.seed,
+            sonars=len(robot.sonars),
+            max_range_mm=robot.max_range_mm,
+        )
+        return AmigoBot(
+            world,
+            seed=self.seed,
+            robot=robot,
+            errors=errors,
+            acoustics=acoustics,
+            faults=faults,
+            kick=parse_kick(self.kick),
+        )
 
 
 def parse_url(url: str) -> Simulation:
     """From `sim://WORLD?key=value&…`, WORLD a name or the path of a file. Raises BadSimulation."""
-    parts = urlsplit(url.removeprefix(SCHEME), allow_fragments=False)
+    world, _, query = url.removeprefix(SCHEME).partition("?")
     settings: dict[str, Any] = {}
-    for key, value in parse_qsl(parts.query, keep_blank_values=True):
+    for key, value in parse_qsl(query, keep_blank_values=True):
         if key not in _SETTINGS:
             raise BadSimulation(f"{url}: the simulator has no {key!r}; known are {', '.join(_SETTINGS)}")
         try:
             settings[key] = _SETTINGS[key](value)
         except ValueError:
             raise BadSimulation(f"{url}: {key} cannot be {value!r}; it is a number") from None
-    return Simulation(unquote(parts.path), **settings)
+    return Simulation(unquote(world), **settings)
 
 
 class SimLink:
@@ -128,7 +166,7 @@ def open_sim(
 ) -> SimLink:
     """The robot at that URL. Clock and sleep only pace it, where `speed` asks for that; they change no byte.
 
-    Raises BadSimulation, BadWorld, BadRobot, BadOdometry.
+    Raises BadSimulation, BadWorld, BadRobot, BadOdometry, BadFault.
     """
     simulation = parse_url(url)
     return SimLink(simulation.build(), speed=simulation.speed, clock_ns=clock_ns, sleep=sleep)

@@ -6,6 +6,7 @@ Must not know: packets, sessions, who asks.
 from slam.dmath import DEGREE, sincos
 from sonarlog.robot import Robot
 from sonarlog.sim.body import Body
+from sonarlog.sim.faults import SonarFaults
 from sonarlog.sim.physics import Physics
 
 _ARRAY = 8  # discs an array; one of each array fires at a time
@@ -16,11 +17,18 @@ _FITS = 64  # readings that a packet has room for
 class Sonars:
     """The robot's discs, fired in turn, one an array a cycle; `new` holds (disc, range in robot units) until taken."""
 
-    def __init__(self, robot: Robot, body: Body, physics: Physics) -> None:
+    def __init__(self, robot: Robot, body: Body, physics: Physics, faults: SonarFaults) -> None:
         self._robot = robot
         self._body = body
         self._physics = physics
-        self._mounted = [(s.x_mm / 1000, s.y_mm / 1000, *sincos(s.heading_deg * DEGREE)) for s in robot.sonars]
+        self._stuck_mm = faults.stuck_mm
+        headings = [sonar.heading_deg for sonar in robot.sonars]
+        for n, error in enumerate(faults.mounting_deg):
+            headings[n] += error
+        self._mounted = [
+            (s.x_mm / 1000, s.y_mm / 1000, *sincos(heading * DEGREE))
+            for s, heading in zip(robot.sonars, headings, strict=True)
+        ]
         self._pings = 0
         self.reset(0)
 
@@ -69,4 +77,4 @@ class Sonars:
         axis = cosine * ahead - sine * turned, sine * ahead + cosine * turned
         metres = self._physics.range_m(self._pings, x, y, *axis)
         self._pings += 1
-        return round(metres * 1000 / self._robot.range_mm_per_unit)
+        return round(self._stuck_mm.get(disc, metres * 1000) / self._robot.range_mm_per_unit)

@@ -3,6 +3,7 @@
 Metres and degrees; the robot starts at (0, 0, 0). Must not know: sonar, robots, time.
 """
 
+import re
 import tomllib
 from collections import deque
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from sonarlog.errors import SonarlogError
 from sonarlog.log import Surfaces
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
+RANDOM = "random:"
+"""Of names such as `random:7`: a place that a number makes (`sonarlog/sim/random_world.py`)."""
 
 
 class BadWorld(SonarlogError):
@@ -36,8 +39,8 @@ class Material:
     def __post_init__(self) -> None:
         if not 0 < self.half_beam_deg <= 45:
             raise ValueError(f"half_beam_deg is {self.half_beam_deg}; it lies between 0 and 45")
-        if not 0 < self.echo <= 1:
-            raise ValueError(f"echo is {self.echo}; it is a share between 0 and 1")
+        if not 0 <= self.echo <= 1:
+            raise ValueError(f"echo is {self.echo}; it is a share from 0 to 1")
 
 
 @dataclass(frozen=True)
@@ -152,17 +155,33 @@ def built_in() -> list[str]:
 
 
 def load_world(name: str) -> World:
-    """A built-in world by name, or the world in the TOML file at that path. Raises BadWorld."""
+    """A built-in world by name, a random one by `random:NUMBER`, or the one in the TOML file there. Raises BadWorld."""
+    if name.startswith(RANDOM):
+        return _random(name)
     if name in built_in():
         text = (resources.files("sonarlog.sim") / "worlds" / f"{name}.toml").read_text(encoding="utf-8")
     elif Path(name).suffix != ".toml":
-        raise BadWorld(f"there is no world {name!r}; known are {', '.join(built_in())}, or a file of yours, NAME.toml")
+        known = f"{', '.join(built_in())}, {RANDOM}NUMBER, or a file of yours, NAME.toml"
+        raise BadWorld(f"there is no world {name!r}; known are {known}")
     else:
         try:
             text = Path(name).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise BadWorld(f"world file {name} cannot be read: {error}") from None
     return parse_world(Path(name).name, text)
+
+
+def is_ours(name: str) -> bool:
+    """Whether a world of that name is the same wherever sonarlog is."""
+    return name in built_in() or re.fullmatch(f"{RANDOM}[0-9]{{1,9}}", name) is not None
+
+
+def _random(name: str) -> World:
+    from sonarlog.sim.random_world import random_world  # which is made of what stands here
+
+    if not is_ours(name):
+        raise BadWorld(f"there is no world {name!r}; a random one has a number, such as {RANDOM}7")
+    return random_world(int(name.removeprefix(RANDOM)))
 
 
 def parse_world(name: str, text: str) -> World:

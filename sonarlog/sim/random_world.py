@@ -1,0 +1,320 @@
+"""Places nobody has drawn: a number makes one, for judging what was tuned elsewhere.
+
+Ways of 1.2 to 4 m width with bends of any angle, rooms off them, halls with pillars, ways round a block; niches, doors,
+and glass that hardly answers. Same number, same place, on every machine. Must not know: robots, sonar.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from sonarlog.sim.outline import (
+    Edge,
+    Leg,
+    Outline,
+    Stretch,
+    box,
+    from_edge,
+    gap,
+    is_simple,
+    laid,
+    niche,
+    pane,
+    ring,
+    room,
+    strip,
+)  # fmt: skip
+from sonarlog.sim.random_tour import Tour, Visit
+from sonarlog.sim.rng import Noise
+from sonarlog.sim.world import RANDOM, Material, Pole, Wall, World
+
+WALL_M = 0.12
+"""No two walls are nearer to one another."""
+ROOM_TO_PASS_M = 0.5
+"""The tour's line is nowhere nearer to a surface."""
+_TRIES = 200
+_CAP_M = 1.3  # behind the robot, at the start
+
+
+class Dice:
+    """Numbers in the order they are asked for."""
+
+    def __init__(self, number: int) -> None:
+        self._noise = Noise(number, "random world")
+        self._count = 0
+
+    def between(self, low: float, high: float) -> float:
+        """Evenly, in whole hundredths."""
+        self._count += 1
+        return round(low + (high - low) * self._noise.uniform(self._count), 2)
+
+    def whole(self, low: int, high: int) -> int:
+        """Evenly, both ends included."""
+        self._count += 1
+        return low + self._noise.bits(self._count) % (high - low + 1)
+
+    def chance(self, share: float) -> bool:
+        """True so often."""
+        self._count += 1
+        return self._noise.uniform(self._count) < share
+
+    def side(self) -> int:
+        """1 left, -1 right."""
+        return 1 if self.chance(0.5) else -1
+
+
+@dataclass
+class Place:
+    """A world in the making."""
+
+    about: str
+    outlines: list[Outline]
+    tour: Tour
+    poles: list[tuple[float, float, float]]
+
+    def edges(self) -> list[Edge]:
+        """All pieces of all outlines."""
+        return [edge for outline in self.outlines for edge in outline]
+
+
+def random_world(number: int) -> World:
+    """The place of that number; its remainder by 5 says what kind of place: rooms, ways, a loop, a hall, ways again."""
+    dice = Dice(number)
+    make = _KINDS[number % len(_KINDS)]
+    for _ in range(_TRIES):
+        place = make(dice)
+        if place is not None and _clear(place, place.edges()):
+            break
+    else:
+        raise AssertionError(f"no place {number}")  # none of the first hundred thousand numbers comes to this
+    materials = _materials(dice)
+    _let_in(dice, place)
+    _glaze(dice, place)
+    if dice.chance(0.5):
+        place = _mirrored(place)
+    walls = [Wall(*edge.start, *edge.end, materials[edge.material]) for edge in place.edges()]
+    poles = [Pole(x, y, radius, materials["post"]) for x, y, radius in place.poles]
+    return World(f"{RANDOM}{number}", place.about, place.tour.text, tuple(walls), tuple(poles))
+
+
+def _ways(dice: Dice) -> Place | None:
+    """Two to four legs; between two a bend, or, now and then, another width."""
+    width, legs = _width(dice), list[Leg]()
+    narrowest = widest = width
+    for _ in range(dice.whole(2, 4)):
+        length = dice.between(4.0, 8.0)
+        if dice.chance(0.75):
+            legs.append(Leg(length, width / 2, width / 2, dice.side() * dice.whole(15, 110)))
+        else:
+            legs.append(Leg(length, width / 2, width / 2))
+            width = _width(dice)
+            narrowest, widest = min(narrowest, width), max(widest, width)
+    legs[-1] = replace(legs[-1], turn=0.0)
+    if sum(leg.length for leg in legs) > 24.0:
+        return None
+    stretches = laid(legs, _CAP_M)
+    about = f"{len(legs)} ways of {narrowest:g} to {widest:g} m width, bends of {_angles(legs)}"
+    return _place(about, stretches, [() for _ in legs])
+
+
+def _rooms(dice: Dice) -> Place | None:
+    """A way or two with rooms off it, which the tour goes into."""
+    width = dice.between(1.7, 2.8)
+    legs = [Leg(dice.between(7.0, 10.0), width / 2, width / 2) for _ in range(dice.whole(1, 2))]
+    if len(legs) == 2:
+        legs[0] = replace(legs[0], turn=dice.side() * dice.whole(25, 100))
+    stretches = laid(legs, _CAP_M)
+    place = _place("", stretches, [() for _ in legs])
+    if place is None:
+        return None
+    visits: list[tuple[Visit, ...]] = []
+    for stretch in stretches:
+        along, here = 2.2 + dice.between(0.3, 1.0), list[Visit]()
+        while along < stretch.leg.length - 1.8:
+            visit = _add_room(dice, place.outlines[0], stretch, along, dice.side())
+            if visit is not None:
+                here.append(visit)
+            along += dice.between(1.6, 3.0)
+        visits.append(tuple(here[:3]))
+    if not any(visits):
+        return None
+    count = sum(map(len, visits))
+    turned = _place(f"way of {width:g} m width, {count} rooms off it, bends of {_angles(legs)}", stretches, visits)
+    return turned and replace(place, about=turned.about, tour=turned.tour)
+
+
+def _loop(dice: Dice) -> Place | None:
+    """Round a block with four or six corners, opposite ones alike, and some metres more."""
+    width = dice.between(1.4, 2.6)
+    corners = dice.whole(2, 3)
+    turns = [dice.whole(65, 115)] if corners == 2 else [dice.whole(45, 75), dice.whole(45, 75)]
+    turns.append(180 - sum(turns))
+    half = [Leg(dice.between(5.0, 9.0), width / 2, width / 2, turn) for turn in turns]
+    stretches = laid([*half, *half], 2.0)
+    without, within = ring(stretches, "plaster")
+    if min(edge.length for edge in within) < 1.5 or not is_simple(within, 1.0):
+        return None
+    tour = Tour()
+    for i, stretch in enumerate(stretches):
+        tour.along(stretch, 2.0 if i == 0 else 0.0, stretch.leg.length, (), follow=True)
+        tour.turn(stretch.leg.turn)
+    tour.along(stretches[0], 0.0, 3.5, (), follow=True)
+    tour.steps.append("scan")
+    return Place(f"way of {width:g} m width round a block of {2 * corners} corners", [without, within], tour, [])
+
+
+def _hall(dice: Dice) -> Place | None:
+    """A way into a hall with pillars, a look to its sides, and a way out."""
+    width = dice.between(1.6, 2.8)
+    into, hall, out = dice.between(3.0, 5.0), dice.between(6.0, 9.0), dice.between(2.5, 5.0)
+    left, right = dice.between(2.2, 4.5), dice.between(2.2, 4.5)
+    legs = [Leg(into, width / 2, width / 2), Leg(hall, left, right), Leg(out, width / 2, width / 2)]
+    if dice.chance(0.5):
+        bend = dice.side() * dice.whole(20, 100)
+        legs = [*legs[:2], replace(legs[2], turn=bend), Leg(dice.between(3.0, 5.0), width / 2, width / 2)]
+    looks = []
+    for part in (0.3, 0.7):
+        side = dice.side()
+        deep = round((left if side > 0 else right) - dice.between(0.9, 1.4), 2)
+        looks.append(Visit(round(hall * part, 2), side, deep))
+    stretches = laid(legs, _CAP_M)
+    about = f"hall of {hall:g} × {left + right:g} m with pillars, ways of {width:g} m width"
+    place = _place(about, stretches, [(), tuple(looks), *(() for _ in legs[2:])], wide=1)
+    if place is not None:
+        _pillars(dice, place, stretches[1])
+    return place
+
+
+_KINDS: tuple[Callable[[Dice], Place | None], ...] = (_rooms, _ways, _loop, _hall, _ways)
+
+
+def _place(
+    about: str, stretches: Sequence[Stretch], visits: Sequence[tuple[Visit, ...]], wide: int | None = None
+) -> Place | None:
+    """The strip along the stretches and the tour through it; None where it meets itself. `wide`: the hall's number."""
+    outline = strip(stretches, "plaster")
+    if not is_simple(outline, WALL_M):
+        return None
+    tour = Tour()
+    for i, stretch in enumerate(stretches):
+        end = stretch.leg.length - (1.0 if stretch is stretches[-1] else 0.0)
+        # A hall's first metre lies still in the way before it, for the steps where the width changes are driven blind.
+        tour.along(stretch, _CAP_M if i == 0 else 0.0, end, visits[i], follow=i != wide)
+        if stretch.leg.turn:
+            tour.turn(stretch.leg.turn)
+    tour.steps.append("scan")
+    return Place(about, [outline], tour, [])
+
+
+def _add_room(dice: Dice, outline: Outline, stretch: Stretch, along: float, side: int) -> Visit | None:
+    """Let a room into the wall beside that place of a way; None where there is no wall, or no space behind it."""
+    door, jamb = dice.between(0.95, 1.2), dice.between(0.1, 0.2)
+    size = (dice.between(0.3, 1.6), dice.between(0.3, 1.6), dice.between(2.0, 3.6))
+    half = stretch.leg.left if side > 0 else stretch.leg.right
+    middle = stretch.at(along, side * half)
+    for n, edge in enumerate(outline):
+        ux, uy = (edge.end[0] - edge.start[0]) / edge.length, (edge.end[1] - edge.start[1]) / edge.length
+        parallel = abs(ux * stretch.uy - uy * stretch.ux) < 1e-6
+        at = (middle[0] - edge.start[0]) * ux + (middle[1] - edge.start[1]) * uy - door / 2
+        if parallel and from_edge(middle, edge) < 1e-6 and at >= 0.2 and at + door <= edge.length - 0.2:
+            if _replaced(outline, [outline], n, room(edge, at, door, jamb, size)):
+                return Visit(round(along, 2), side, round(half + jamb + size[2] - dice.between(0.8, 1.2), 2))
+            return None
+    return None
+
+
+def _replaced(outline: Outline, all_outlines: Sequence[Outline], n: int, pieces: Outline) -> bool:
+    """Put these pieces in the place of edge n, unless they come too near to anything."""
+    near = {id(outline[n - 1]), id(outline[n]), id(outline[(n + 1) % len(outline)])}
+    others = [edge for each in all_outlines for edge in each if id(edge) not in near]
+    added = pieces[1:-1]
+    if any(gap(piece, other) < WALL_M for piece in added for other in others):
+        return False
+    beside = [outline[n - 1], outline[(n + 1) % len(outline)]]
+    if any(gap(piece, other) < WALL_M for piece in added[1:-1] for other in beside):
+        return False
+    outline[n : n + 1] = pieces
+    return True
+
+
+def _pillars(dice: Dice, place: Place, hall: Stretch) -> None:
+    """Round and square ones, wherever they leave the tour room."""
+    placed: list[tuple[float, float]] = []
+    for _ in range(dice.whole(14, 30)):
+        x, y = hall.at(
+            dice.between(0.8, hall.leg.length - 0.8), dice.between(0.8 - hall.leg.right, hall.leg.left - 0.8)
+        )
+        size, turned, is_round = dice.between(0.2, 0.6), dice.whole(0, 89), dice.chance(0.5)
+        if any((x - px) * (x - px) + (y - py) * (y - py) < 1.4 for px, py in placed):
+            continue
+        pillar = [] if is_round else [box(x, y, (size, dice.between(0.2, 0.6)), turned, "plaster")]
+        poles = [(x, y, size / 2)] if is_round else []
+        if _clear(place, [edge for outline in pillar for edge in outline], poles):
+            place.outlines += pillar
+            place.poles += poles
+            placed.append((x, y))
+
+
+def _let_in(dice: Dice, place: Place) -> None:
+    """Niches, doors set back, and piers, into a share of the long walls."""
+    share = dice.between(0.1, 0.7)
+    for outline in place.outlines[:2]:
+        for edge in list(outline):
+            if edge.length < 2.4 or not dice.chance(share):
+                continue
+            width, along = dice.between(0.8, 1.4), dice.between(0.3, edge.length - 1.8)
+            depth = dice.between(0.08, 0.2) if dice.chance(0.6) else dice.between(0.25, 0.6)
+            if dice.chance(0.2):
+                depth, width = -dice.between(0.08, 0.2), dice.between(0.25, 0.6)
+            pieces = niche(edge, along, width, depth, "door" if 0 < depth < 0.25 else "plaster")
+            if depth > 0 or _clear(place, pieces):
+                n = next(k for k, other in enumerate(outline) if other is edge)
+                _replaced(outline, place.outlines, n, pieces)
+
+
+def _glaze(dice: Dice, place: Place) -> None:
+    """Glass in some walls: of each place one or two sorts. What never answers is short, for robots run into it."""
+    share = dice.between(0.0, 0.6)
+    sorts = [("silent", "seldom", "narrow")[dice.whole(0, 2)] for _ in range(dice.whole(1, 2))]
+    for outline in place.outlines[:2]:
+        for edge in list(outline):
+            if edge.length < 1.6 or edge.material != "plaster" or not dice.chance(share):
+                continue
+            sort = sorts[dice.whole(0, len(sorts) - 1)]
+            width = dice.between(0.8, min(edge.length - 0.3, 1.4 if sort == "silent" else 5.0))
+            along = dice.between(0.1, edge.length - width - 0.1)
+            n = next(k for k, other in enumerate(outline) if other is edge)
+            outline[n : n + 1] = pane(edge, along, width, sort)
+
+
+def _materials(dice: Dice) -> dict[str, Material]:
+    return {
+        "plaster": Material(dice.between(12.5, 15.0)),
+        "door": Material(15.0),
+        "post": Material(dice.between(7.0, 14.0), dice.between(0.7, 1.0)),
+        "silent": Material(12.5, 0.0),
+        "seldom": Material(12.5, dice.between(0.1, 0.5)),
+        "narrow": Material(dice.between(3.0, 6.0)),
+    }
+
+
+def _clear(place: Place, edges: Sequence[Edge], poles: Sequence[tuple[float, float, float]] = ()) -> bool:
+    """Whether the tour passes all of these with room."""
+    line = place.tour.line
+    ways = [Edge(a, b, "") for a, b in zip(line[::2], line[1::2], strict=True) if a != b]
+    return all(gap(way, edge) >= ROOM_TO_PASS_M for way in ways for edge in edges) and all(
+        from_edge((x, y), way) - radius >= ROOM_TO_PASS_M for way in ways for x, y, radius in poles
+    )
+
+
+def _mirrored(place: Place) -> Place:
+    outlines = [[Edge((e.start[0], -e.start[1]), (e.end[0], -e.end[1]), e.material) for e in o] for o in place.outlines]
+    return Place(place.about, outlines, place.tour.mirrored(), [(x, -y, radius) for x, y, radius in place.poles])
+
+
+def _width(dice: Dice) -> float:
+    """Of a way: narrow ones as often as wide ones."""
+    return dice.between(1.2, 2.0) if dice.chance(0.5) else dice.between(2.0, 4.0)
+
+
+def _angles(legs: Sequence[Leg]) -> str:
+    return ", ".join(f"{abs(leg.turn):g}°" for leg in legs if leg.turn) or "no angle"
