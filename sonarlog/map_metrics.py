@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid
-from slam.paint import Canvas
 from sonarlog.log import Floats, Surfaces
+from sonarlog.raster import rasterised
 
 NEAR_M = 0.10
 SEEN_M = 3.0
@@ -159,26 +158,9 @@ def _reachable(points: Floats, surfaces: Surfaces, stations: Floats, cell_m: flo
     """For each point that no surface passes through: can it be reached from the stations without crossing one?"""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
-    ends = surfaces.segments.reshape(-1, 2)
-    canvas = Canvas.around(np.concatenate([points, stations, ends]), cell_m, 2 * cell_m)
-    for x0, y0, x1, y1 in surfaces.segments.tolist():
-        canvas.mark((x0, y0), (x1, y1), 1)
-    solid = canvas.occupied > 0
-    reached = np.zeros_like(solid)
-    reached[_cell(stations, canvas)] = True
-    reached = np.asarray(ndimage.binary_propagation(reached & ~solid, mask=~solid))
-    for x, y, radius in surfaces.poles.tolist():
-        rows, columns = np.indices(solid.shape)
-        centre_x, centre_y = (columns + canvas.left + 0.5) * cell_m, (rows + canvas.bottom + 0.5) * cell_m
-        reached &= np.hypot(centre_x - x, centre_y - y) > radius
-    at = _cell(points, canvas)
-    return np.asarray(reached[at][~solid[at]])
-
-
-def _cell(points: Floats, canvas: Canvas) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], ...]:
-    """Row and column of the canvas's cells under the points (n, 2)."""
-    at = np.floor(points / canvas.cell_m).astype(np.int64)
-    return at[:, 1] - canvas.bottom, at[:, 0] - canvas.left
+    raster = rasterised(surfaces, cell_m, np.concatenate([points, stations]))
+    at = raster.cells(points)
+    return np.asarray(raster.reached(stations)[at][~raster.walls[at]])
 
 
 def _share(good: Bools) -> float | None:
