@@ -86,7 +86,7 @@ def command(
     from cli.progress import progress
     from slam.algorithms import DEFAULT, algorithm
     from sonarlog.accounting import told
-    from sonarlog.export import check_free, export
+    from sonarlog.exports.folder import check_folder_free, export_folder
     from sonarlog.replay import replay
     from sonarlog.robot import load_robot
 
@@ -103,7 +103,7 @@ def command(
         _resumed(recording, chosen, output, start, as_json=as_json, quiet=quiet)
         return
     if folder is not None:
-        check_free(folder, force=force)
+        check_folder_free(folder, force=force)
     title = f"{recording.name} {chosen.name}"
     with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
         every = checkpoint_every or 0
@@ -111,7 +111,7 @@ def command(
     if folder is not None and output is not None:
         from sonarlog.runs import read_run
 
-        export(read_run(output), folder, force=force)
+        export_folder(read_run(output), folder, force=force)
     for sentence in result.missing:
         click.echo(sentence, err=True)
     if as_json:

@@ -1,83 +1,117 @@
-"""A run as plain files for other tools: a ROS map, a TUM trajectory, the walls as CSV."""
+"""Export: a recording or a run, whichever the file is, in the form that is asked for.
 
-import csv
-from contextlib import suppress
+docs/export.md says what each form holds and who reads it. Must not know: command lines, printing.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
+from sonarlog.exports.carmen import carmen_lines
+from sonarlog.exports.csv import csv_lines
+from sonarlog.exports.files import STDOUT, CannotExport, NotExported, check_free, write_lines, writing
+from sonarlog.exports.ros_map import write_map, write_true_map
+from sonarlog.exports.tables import log_json, pose_lines, run_json, wall_lines
+from sonarlog.exports.tum import WhichPath, log_tum, run_tum
+from sonarlog.mcap_file import McapReader
+from sonarlog.recording import read_log
+from sonarlog.replay import sweeps_of
+from sonarlog.runs import read_run
+from sonarlog.scores import draw_runs
 
-from slam import dmath
-from slam.grid import Grid
-from sonarlog.errors import SonarlogError
-from sonarlog.runs import Run
-
-FREE, UNKNOWN, OCCUPIED = 254, 205, 0  # as map_server writes and reads them
-
-NAMES = ("map.pgm", "map.yaml", "trajectory.tum", "walls.csv")
-
-
-class CannotExport(SonarlogError):
-    """The folder cannot be made, or holds an export already."""
-
-
-def export(run: Run, folder: Path, *, force: bool = False) -> list[Path]:
-    """Write map.pgm, map.yaml, trajectory.tum and walls.csv; return their paths. Raises CannotExport."""
-    check_free(folder, force=force)
-    paths = [folder / name for name in NAMES]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_map(run.grid, paths[0], paths[1])
-        write_trajectory(run, paths[2])
-        write_walls(run, paths[3])
-    except OSError as error:
-        for path in paths:
-            with suppress(OSError):
-                path.unlink()
-        raise CannotExport(f"cannot write to {folder}: {error.strerror or error}") from None
-    return paths
+SUFFIXES = {
+    "csv": ".csv", "tum": ".tum", "carmen": ".log", "map": ".yaml", "png": ".png", "walls": ".walls.csv",
+    "json": ".json",
+}  # fmt: skip
+OF_A_RECORDING = ("csv", "carmen", "tum", "map", "json")
+OF_A_RUN = ("csv", "tum", "map", "png", "walls", "json")
 
 
-def check_free(folder: Path, *, force: bool) -> None:
-    """Raise CannotExport if an export there would overwrite something and `force` is not given."""
-    taken = [folder / name for name in NAMES if (folder / name).exists()]
-    if taken and not force:
-        raise CannotExport(f"{taken[0]} exists and is not overwritten: choose another folder, or give --force")
+@dataclass(frozen=True)
+class Asked:
+    """What is to be exported: the form, which path where that is a choice (None: the first there is), where to.
+
+    Raises CannotExport if these do not go together.
+    """
+
+    file: Path
+    form: str
+    which: WhichPath | None = None
+    output: Path | None = None
+    force: bool = False
+
+    def __post_init__(self) -> None:
+        if self.target == STDOUT and self.form in ("map", "png"):
+            raise CannotExport(f"--format {self.form} is no text: name a file with -o")
+        if self.form == "map" and self.target.suffix not in (".yaml", ".yml"):
+            raise CannotExport(f"{self.target}: the sheet of a map ends in .yaml; its image is put beside it")
+        if self.which is not None and self.form != "tum":
+            raise CannotExport("--path goes with --format tum alone; the other forms hold every path there is")
+
+    @property
+    def target(self) -> Path:
+        """Where to: as asked, else in the working folder by the file's name."""
+        if self.output is not None:
+            return self.output
+        stem = self.file.name.removesuffix(".mcap").removesuffix(".run")
+        return Path(stem + (f".{self.which}" if self.which else "") + SUFFIXES[self.form])
+
+    @property
+    def made(self) -> list[Path]:
+        """The files that come of it, the one to open first."""
+        return [self.target, self.target.with_suffix(".pgm")] if self.form == "map" else [self.target]
 
 
-def write_map(grid: Grid, image: Path, sheet: Path) -> None:
-    """The map as map_server takes it; the image's top row is the largest y."""
-    cells, left, bottom = grid.dense()
-    pixels = np.full(cells.shape, UNKNOWN, dtype=np.uint8)
-    pixels[grid.free(cells)] = FREE
-    pixels[grid.occupied(cells)] = OCCUPIED
-    height, width = cells.shape
-    image.write_bytes(f"P5\n{width} {height}\n255\n".encode() + pixels[::-1].tobytes())
-    sheet.write_text(
-        f"image: {image.name}\n"
-        f"resolution: {grid.cell_m:g}\n"
-        f"origin: [{left * grid.cell_m:.3f}, {bottom * grid.cell_m:.3f}, 0.0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-        encoding="utf-8",
-    )
+def export_file(asked: Asked) -> list[Path]:
+    """Write a recording or a run in the form that is asked for; the files made.
+
+    Raises NotExported, CannotExport, CannotDraw, and what reading the file raises.
+    """
+    is_run = "run" in McapReader(asked.file).metadata
+    if is_run and asked.form not in OF_A_RUN:
+        raise NotExported(
+            f"{asked.file} is a run, which holds no readings: export the recording as {asked.form}, "
+            f"or the run as one of {', '.join(OF_A_RUN)}"
+        )
+    if not is_run and asked.form not in OF_A_RECORDING:
+        raise NotExported(
+            f"{asked.file} is a recording, which has no {asked.form}: replay it and export the run, "
+            f"or the recording as one of {', '.join(OF_A_RECORDING)}"
+        )
+    check_free(asked.made, force=asked.force)
+    (_run if is_run else _recording)(asked)
+    return asked.made
 
 
-def write_trajectory(run: Run, path: Path) -> None:
-    """One line a sweep: t x y z qx qy qz qw, seconds and metres, as evo reads it."""
-    lines = []
-    for sweep in run.sweeps:
-        sine, cosine = dmath.sincos(0.5 * sweep.pose.theta)
-        seconds, rest = divmod(sweep.t_ns, 1_000_000_000)
-        pose = f"{sweep.pose.x:.6f} {sweep.pose.y:.6f} 0 0 0 {sine:.9f} {cosine:.9f}"
-        lines.append(f"{seconds}.{rest:09d} {pose}\n")
-    path.write_text("".join(lines), encoding="utf-8")
+def _run(asked: Asked) -> None:
+    run = read_run(asked.file)
+    if asked.form == "map":
+        with writing(asked.made):
+            write_map(run.grid, asked.made[1], asked.target)
+    elif asked.form == "png":
+        draw_runs([("", run)], asked.target, force=asked.force)
+    else:
+        lines: dict[str, Callable[[], Iterable[str]]] = {
+            "csv": lambda: pose_lines(run),
+            "walls": lambda: wall_lines(run),
+            "json": lambda: run_json(run),
+            "tum": lambda: run_tum(run, asked.which or "final"),
+        }
+        write_lines(lines[asked.form](), asked.target)
 
 
-def write_walls(run: Run, path: Path) -> None:
-    """One line a wall, metres and degrees in the map frame; a chain's root is its first wall."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        rows = csv.writer(stream, lineterminator="\n")
-        rows.writerow(["chain", "sweep", "root", "x0", "y0", "x1", "y1", "alpha_deg", "rho"])
-        for number, member in enumerate(run.chains.members):
-            wall, root = member.segment, int(number == run.chains.roots[member.chain])
-            numbers = (*wall.start, *wall.end, wall.alpha / dmath.DEGREE, wall.rho)
-            rows.writerow([member.chain, member.sweep, root, *(f"{value:.4f}" for value in numbers)])
+def _recording(asked: Asked) -> None:
+    log = read_log(asked.file)
+    if asked.form == "map":
+        if log.surfaces is None or log.truth is None:
+            raise NotExported(f"{asked.file} does not know its true surfaces: replay it, and export the run's map")
+        with writing(asked.made):
+            write_true_map(log.surfaces, log.truth.pose[:, :2], asked.made[1], asked.target)
+        return
+    lines: dict[str, Callable[[], Iterable[str]]] = {
+        "csv": lambda: csv_lines(log),
+        "json": lambda: log_json(log),
+        "carmen": lambda: carmen_lines(log, sweeps_of(log, asked.file).sweeps),
+        "tum": lambda: log_tum(asked.file, log, asked.which or "odometry"),
+    }
+    write_lines(lines[asked.form](), asked.target)

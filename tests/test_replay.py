@@ -11,7 +11,9 @@ import pytest
 from cli.main import run as sonarlog
 from slam.algorithms import algorithm
 from slam.dmath import DEGREE
-from sonarlog.export import FREE, NAMES, OCCUPIED, UNKNOWN, CannotExport, export
+from sonarlog.exports.files import CannotExport
+from sonarlog.exports.folder import NAMES, export_folder
+from sonarlog.exports.ros_map import FREE, OCCUPIED, UNKNOWN
 from sonarlog.log import Truth
 from sonarlog.mcap_file import McapReader
 from sonarlog.recording import recording_digest
@@ -82,7 +84,7 @@ def test_the_true_pose_lies_between_its_neighbours_also_over_the_seam_of_heading
 def exported(short_run: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Path]:
     folder = tmp_path_factory.mktemp("export") / "made" / "here"
     run = read_run(short_run)
-    assert export(run, folder) == [folder / name for name in NAMES]
+    assert export_folder(run, folder) == [folder / name for name in NAMES]
     return run, folder
 
 
@@ -136,12 +138,12 @@ def test_an_export_overwrites_only_when_told_and_leaves_nothing_half_made(
 ) -> None:
     run, folder = exported
     with pytest.raises(CannotExport, match=r"map\.pgm exists and is not overwritten"):
-        export(run, folder)
+        export_folder(run, folder)
     (tmp_path / "walls.csv").write_text("mine", encoding="utf-8")
     with pytest.raises(CannotExport, match=r"walls\.csv exists"):
-        export(run, tmp_path)
+        export_folder(run, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["walls.csv"]
-    export(run, tmp_path, force=True)
+    export_folder(run, tmp_path, force=True)
     assert (tmp_path / "walls.csv").read_bytes() == (folder / "walls.csv").read_bytes()
-    with pytest.raises(CannotExport, match="cannot write to"):
-        export(run, tmp_path / "walls.csv" / "below")
+    with pytest.raises(CannotExport, match="Not a directory"):
+        export_folder(run, tmp_path / "walls.csv" / "below")

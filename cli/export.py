@@ -1,0 +1,51 @@
+"""sonarlog export."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cli.options import FILE, force
+
+if TYPE_CHECKING:
+    from sonarlog.exports.tum import WhichPath
+
+
+@click.command("export")
+@click.argument("file", type=FILE, metavar="RECORDING|RUN")
+@click.option(
+    "--format",
+    "form",
+    required=True,
+    type=click.Choice(["csv", "tum", "carmen", "map", "png", "walls", "json"]),
+    help="docs/export.md says what each holds.",
+)
+@click.option(
+    "--path",
+    "which",
+    type=click.Choice(["final", "online", "odometry", "truth"]),
+    help="With tum: which path. Default: final of a run, odometry of a recording.",
+)
+@click.option(
+    "-o", "--output", type=FILE, help="Where to; - is stdout. Default: by the file's name, in the working folder."
+)
+@force
+def command(file: Path, form: str, which: "WhichPath | None", output: Path | None, force: bool) -> None:
+    """Write a RECORDING or a RUN as plain files for other programs.
+
+    \b
+    of a recording: csv (`import csv` reads it back), carmen, tum, json, map (the true one)
+    of a run:       tum, csv (poses), walls, map, png, json
+
+    \b
+    Example:
+      sonarlog export recordings/corridor.mcap --format carmen
+      sonarlog export corridor.paper.run.mcap --format map -o corridor.yaml
+      sonarlog export recordings/corridor.mcap --format tum --path truth -o - | head
+    """
+    from sonarlog.export import Asked, export_file
+    from sonarlog.exports.files import STDOUT
+
+    made = export_file(Asked(file, form, which, output, force))
+    if made != [STDOUT]:
+        click.echo(", ".join(map(str, made)), err=True)

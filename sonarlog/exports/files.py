@@ -1,0 +1,48 @@
+"""Writing exports: nothing is overwritten unasked, and what cannot be written whole leaves nothing."""
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sonarlog.errors import SonarlogError
+
+STDOUT = Path("-")
+
+
+class CannotExport(SonarlogError):
+    """An export that cannot be made, or that would overwrite something."""
+
+
+class NotExported(CannotExport):
+    """A form that this file has not got."""
+
+
+def check_free(paths: Sequence[Path], *, force: bool) -> None:
+    """Raise CannotExport if one of the files exists and `force` is not given."""
+    taken = [path for path in paths if path != STDOUT and path.exists()]
+    if taken and not force:
+        raise CannotExport(f"{taken[0]} exists and is not overwritten: name another file, or give --force")
+
+
+def write_lines(lines: Iterable[str], path: Path) -> None:
+    """Write a text file, or to stdout for `-`. Raises CannotExport."""
+    if path == STDOUT:
+        sys.stdout.writelines(f"{line}\n" for line in lines)
+        return
+    with writing([path]), path.open("w", encoding="utf-8", newline="\n") as stream:
+        stream.writelines(f"{line}\n" for line in lines)
+
+
+@contextmanager
+def writing(paths: Sequence[Path]) -> Iterator[None]:
+    """If anything goes wrong in the block these files are gone. Raises CannotExport for what the disk refuses."""
+    try:
+        yield
+    except BaseException as error:
+        for path in paths:
+            with suppress(OSError):
+                path.unlink()
+        if isinstance(error, OSError):
+            raise CannotExport(f"cannot write {paths[0]}: {error.strerror or error}") from None
+        raise
