@@ -1,8 +1,8 @@
 """sonarlog diff."""
 
 import json
+import os
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,108 +11,181 @@ import click
 from cli.options import FILE, as_json, force, quiet
 
 if TYPE_CHECKING:
-    from sonarlog.diff import Report, Truth
+    from sonarlog.cache import RunCache
+    from sonarlog.diff import Report, Tolerance
+    from sonarlog.diff.gate import Condition
+    from sonarlog.diff.outcome import Outcome
+    from sonarlog.runs import Run
+    from sonarlog.sides import RunFile, Version
 
-ERRORS = (
-    ("position, RMS", "ate_m", "m"),
-    ("position, RMS, best alignment", "ate_aligned_m", "m"),
-    ("heading, RMS", "heading_rmse_deg", "°"),
-    ("position at the end", "end_m", "m"),
-)
+    Pair = tuple[str, str, str]  # what the comparison is called, and what its sides are
 
 
 @click.command("diff")
-@click.argument("files", type=FILE, nargs=-1, required=True, metavar="RUN_A RUN_B | RECORDING")
+@click.argument("sides", nargs=-1, required=True, metavar="A B | RECORDING…")
+@click.option(
+    "--against", metavar="REV", help="Diff each RECORDING's run by git revision REV (A) with one made now (B)."
+)
 @click.option("--algorithms", metavar="A,B", help="Replay the RECORDING with both, then diff.")
+@click.option("--algorithm", metavar="NAME", help="With --against: which algorithm; default: each revision's own.")
+@click.option("--tolerance", metavar="5mm,0.1deg,20cells", help="Count what differs by no more than this as the same.")
+@click.option(
+    "--fail-on", "conditions", multiple=True, metavar="COND…", help="Exit with 1 only if this holds, as 'ate>+5%'."
+)
 @click.option("--png", type=FILE, help="Also draw both maps side by side, with the true walls if they are known.")
+@click.option("--junit", type=FILE, help="Also write the result as JUnit XML, for CI; overwrites.")
 @force
 @as_json
 @quiet
 def command(
-    files: tuple[Path, ...], algorithms: str | None, png: Path | None, force: bool, as_json: bool, quiet: bool
+    sides: tuple[str, ...],
+    against: str | None,
+    algorithms: str | None,
+    algorithm: str | None,
+    tolerance: str | None,
+    conditions: tuple[str, ...],
+    png: Path | None,
+    junit: Path | None,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
 ) -> int:
     """Say what differs between two runs of one recording.
 
-    Exit code 0: the same, 1: they differ, 2: they cannot be compared.
+    A side is a run, or RECORDING@ALGORITHM[:key=value,…], or RECORDING@git:REV[:ALGORITHM]; git:WORKTREE is the files
+    as they are now. What is replayed on the way is kept (`sonarlog cache`).
+
+    Exit code 0: the same, 1: they differ, 2: they cannot be compared. With --fail-on: 1 only if a condition holds.
 
     \b
     Example:
       sonarlog diff corridor.odometry.run.mcap corridor.paper.run.mcap --png corridor.png
+      sonarlog diff recordings/corridor.mcap@paper recordings/corridor.mcap@git:HEAD~3:paper
       sonarlog diff recordings/corridor.mcap --algorithms literal,paper
+      sonarlog diff recordings/*.mcap --against main --fail-on "ate>+5%" "walls.gone>0"
     """
-    names = [name.strip() for name in algorithms.split(",")] if algorithms else []
-    if algorithms and (len(files) != 1 or len(names) != 2):
-        raise click.UsageError("with --algorithms: one recording and two names, such as --algorithms literal,paper")
-    if not algorithms and len(files) != 2:
-        raise click.UsageError("which runs? two of them, or one recording and --algorithms A,B")
-    from sonarlog.diff import diff_runs
+    from sonarlog.cache import RunCache
+    from sonarlog.diff import Tolerance
+    from sonarlog.diff.gate import Condition, is_condition
+
+    # `--fail-on A B C`: click gives an option one word; the others come as sides.
+    files = [side for side in sides if not (conditions and is_condition(side))]
+    words = [*conditions, *(side for side in sides if side not in files)]
+    gate = [Condition.parse(word) for word in words]
+    near = Tolerance.parse(tolerance) if tolerance else None
+    pairs = _pairs(files, against, algorithms, algorithm)
+    _check_files(pairs, png, force=force)
+    cache = RunCache.of(os.environ)
+    many = against is not None and len(pairs) > 1
+    outcomes = []
+    for k, pair in enumerate(pairs):
+        if many and not quiet:
+            click.echo(f"{k + 1} of {len(pairs)}: {pair[0]}", err=True)
+        outcomes.append(compared(pair, cache, gate, near, many=many, quiet=quiet))
+    if junit is not None:
+        from sonarlog.diff.junit import write_junit
+
+        write_junit(outcomes, junit)
+    if png is not None and outcomes[0].report is not None:
+        _draw(outcomes[0].report, png, force=force)
+    _say(outcomes, many=many, as_json=as_json)
+    return 1 if any(outcome.bad for outcome in outcomes) else 0
+
+
+def _pairs(files: Sequence[str], against: str | None, algorithms: str | None, algorithm: str | None) -> "list[Pair]":
+    """What is held against what. Raises UsageError."""
+    if against is not None:
+        if algorithms or not files:
+            raise click.UsageError("with --against: recordings and one revision, such as --against main")
+        asked = f":{algorithm}" if algorithm else ""
+        now = f"@{algorithm}" if algorithm else ""
+        return [(file, f"{file}@git:{against}{asked}", f"{file}{now}") for file in files]
+    if algorithm:
+        raise click.UsageError("--algorithm goes with --against; a side names its own: RECORDING@ALGORITHM")
+    if algorithms:
+        names = [name.strip() for name in algorithms.split(",")]
+        if len(files) != 1 or len(names) != 2:
+            raise click.UsageError("with --algorithms: one recording and two names, such as --algorithms literal,paper")
+        a, b = (f"{files[0]}@{name}" for name in names)
+        return [(files[0], a, b)]
+    if len(files) != 2:
+        raise click.UsageError(
+            "which sides? two of them, or recordings with --against REV, or one with --algorithms A,B"
+        )
+    return [(f"{files[0]} {files[1]}", files[0], files[1])]
+
+
+def _check_files(pairs: "Sequence[Pair]", png: Path | None, *, force: bool) -> None:
+    """What is to be written must not be there yet, and pictures are of two sides. Raises UsageError, CannotDraw."""
+    if png is None:
+        return
+    if len(pairs) > 1:
+        raise click.UsageError("a picture is of one recording: leave --png, or name one recording")
     from sonarlog.picture import check_free
-    from sonarlog.runs import read_run
-    from sonarlog.scores import draw_runs
 
-    if png is not None:
-        check_free(png, force=force)
-    with ExitStack() as stack:
-        paths = _replayed(files[0], names, stack, quiet=quiet) if names else list(files)
-        a, b = (read_run(path) for path in paths)
-        found = diff_runs(a, b)
-        if png is not None:
-            draw_runs([(f"A  {found.names[0]}", a), (f"B  {found.names[1]}", b)], png, force=force)
-    if as_json:
-        click.echo(json.dumps(found.as_dict(), indent=2))
-    else:
-        _tell(found)
-    return 0 if found.same else 1
+    check_free(png, force=force)
 
 
-def _replayed(recording: Path, names: list[str], stack: ExitStack, *, quiet: bool) -> list[Path]:
-    """Runs of the recording with these algorithms, in a folder that goes with the stack."""
-    from tempfile import TemporaryDirectory
+def compared(
+    pair: "Pair",
+    cache: "RunCache",
+    gate: "Sequence[Condition]",
+    tolerance: "Tolerance | None",
+    *,
+    many: bool = False,
+    quiet: bool = False,
+) -> "Outcome":
+    """Both runs, made where they must be, and what differs. Of many, one that fails does not stop the rest."""
+    from slam.errors import SlamError
+    from sonarlog.diff import diff_runs
+    from sonarlog.diff.gate import BadCondition
+    from sonarlog.diff.outcome import Outcome, judged
+    from sonarlog.errors import SonarlogError
+    from sonarlog.sides import parse_side
 
+    name, *asked = pair
+    try:
+        a, b = (_run(parse_side(side), side, cache, quiet=quiet) for side in asked)
+        written = [side if "@" in side else "" for side in asked]
+        if many or any(written):
+            written = [side if "@" in side else f"{side}@now" for side in asked]
+        report = diff_runs(a, b, asked=(written[0], written[1]), tolerance=tolerance)
+        return judged(name, report, gate)
+    except BadCondition:
+        raise
+    except (SonarlogError, SlamError) as error:
+        if not many:
+            raise
+        return Outcome(name, None, str(error))
+
+
+def _run(side: "RunFile | Version", name: str, cache: "RunCache", *, quiet: bool) -> "Run":
     from cli.progress import progress
     from cli.watching import Watch
-    from slam.algorithms import algorithm
-    from sonarlog.replay import replay
+    from sonarlog.making import run_of
 
-    chosen = [algorithm(name) for name in names]
-    folder = Path(stack.enter_context(TemporaryDirectory(prefix="sonarlog-")))
-    paths = []
-    for side, each in zip("AB", chosen, strict=True):
-        paths.append(folder / f"{side}.{each.name}.run.mcap")
-        with progress(f"replaying {each.name}", quiet=quiet) as advance:
-            replay(recording, each, paths[-1], watcher=Watch(advance))
-    return paths
+    with progress(f"replaying {name}", quiet=quiet) as advance:
+        return run_of(side, cache, Watch(advance))
 
 
-def _tell(found: "Report") -> None:
-    """Headline first, then where they part, and the tables."""
-    click.echo(found.headline)
-    if found.first is None:
-        return
-    click.echo(f"\nA is {found.names[0]}, B is {found.names[1]}.")
-    click.echo(f"Sweep {found.first.sweep}, {found.first.name} (block {found.first.block}): {found.first.words}.\n")
-    names = ("unknown", "free", "occupied")
-    rows = [(f"A {name}", *map(str, row)) for name, row in zip(names, found.cells.table, strict=True)]
-    _table(("cells", *(f"B {name}" for name in names)), rows)
-    if found.truth is not None:
-        _table(("off the truth", "A", "B"), [_error(found.truth, *each) for each in ERRORS])
-    for key, (mine, yours) in found.settings.items():
-        click.echo(f"{key}: {mine} in A, {yours} in B")
+def _draw(report: "Report", png: Path, *, force: bool) -> None:
+    from sonarlog.scores import draw_runs
+
+    names = [f"{side}  {name}" for side, name in zip("AB", report.names, strict=True)]
+    draw_runs([(names[0], report.a.run), (names[1], report.b.run)], png, force=force)
 
 
-def _error(truth: "Truth", label: str, key: str, unit: str) -> tuple[str, str, str]:
-    return label, f"{getattr(truth.a, key):.2f} {unit}", f"{getattr(truth.b, key):.2f} {unit}"
+def _say(outcomes: "Sequence[Outcome]", *, many: bool, as_json: bool) -> None:
+    from cli.diff_text import tell, tell_many
+    from sonarlog.diff.outcome import summary
 
-
-def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
-    """Names to the left, numbers to the right."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD)
-    for k, title in enumerate(head):
-        table.add_column(title, justify="left" if k == 0 else "right")
-    for row in rows:
-        table.add_row(*row)
-    Console(highlight=False).print(table)
+    if as_json and many:
+        click.echo(json.dumps({"summary": summary(outcomes), "outcomes": [o.as_dict() for o in outcomes]}, indent=2))
+    elif as_json:
+        report = outcomes[0].report
+        data = report.as_dict() if report else {}
+        click.echo(json.dumps({**data, "reasons": list(outcomes[0].reasons)}, indent=2))
+    elif many:
+        tell_many(outcomes)
+    else:
+        tell(outcomes[0])

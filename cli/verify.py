@@ -129,10 +129,10 @@ def _warn(run: "Run", revision: str | None) -> None:
 def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) -> "Iterator[Run]":
     """The run made anew."""
     from cli.progress import progress
-    from cli.revision import code_of, replay_with
     from cli.watching import Watch
     from slam.algorithms import algorithm
     from sonarlog.replay import replay
+    from sonarlog.revision import code_of, replay_with
     from sonarlog.runs import read_run
 
     asked = run.identity

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from cli.main import run as sonarlog
-from cli.revision import HOME, NoSuchCode, code_of
 from slam import pipeline
 from slam.association import associate
 from slam.reliability import analyse_reliability
 from slam.sweep import Sweep
 from sonarlog.apart import apart, plain, ulps_between
+from sonarlog.revision import HOME, NoSuchCode, code_of
 from sonarlog.runs import BadRun, read_run
 from sonarlog.verify import CannotDump, compare, dump
 from tests.made_runs import drifting, made_run

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 TOLD = 3
 """So many walls are named; of the others only the number is."""
 PATH_M = 0.001
-_BRACKETS = re.compile(r" \([^()]*\)")
+_BRACKETS = re.compile(r" \(d1[^()]*\)")
 
 
 def headline(report: "Report") -> str:
@@ -87,7 +87,6 @@ def _nearer(report: "Report") -> list[str]:
     near, far = (truth.a, truth.b) if truth.nearer == "A" else (truth.b, truth.a)
     name = report.names[0 if truth.nearer == "A" else 1]
     part = 100 * (1 - near.ate_m / far.ate_m)
-    return [
-        f"{truth.nearer} ({name}) is nearer to the truth by {part:.0f} %: "
-        f"{near.ate_m:.2f} m RMS instead of {far.ate_m:.2f} m."
-    ]
+    digits = 2 if round(near.ate_m, 2) < round(far.ate_m, 2) else 3
+    errors = f"{near.ate_m:.{digits}f} m RMS instead of {far.ate_m:.{digits}f} m"
+    return [f"{truth.nearer} ({name}) is nearer to the truth by {part:.0f} %: {errors}."]

@@ -1,0 +1,141 @@
+"""What `sonarlog diff` says on stdout: the headline, a line a level, then the tables.
+
+Words carry every meaning; colours only repeat it, and there are none where stdout is no terminal.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from sonarlog.words import counted
+
+if TYPE_CHECKING:
+    from sonarlog.diff import Report
+    from sonarlog.diff.outcome import Outcome
+
+COLOURS = {"same": "cyan", "within": "cyan", "changed": "yellow", "failed": "magenta"}
+"""Blue-green and orange stay apart for every eye; red and green would not."""
+WALLS = 12
+PLAIN_WIDTH = 200
+
+
+def tell(outcome: "Outcome") -> None:
+    """One comparison, headline first."""
+    report = outcome.report
+    if report is None:
+        click.secho(f"Failed: {outcome.failed}", fg=COLOURS["failed"])
+        return
+    click.secho(report.headline, fg=COLOURS[report.verdict])
+    if report.first is not None:
+        click.echo(f"\nA is {report.names[0]}, B is {report.names[1]}.")
+        click.echo(
+            f"Sweep {report.first.sweep}, {report.first.name} (block {report.first.block}): {report.first.words}."
+        )
+        table(("", "A", "B", "difference"), _levels(report))
+        _cells(report)
+        if report.changed_walls:
+            shown = report.changed_walls[:WALLS]
+            table(("walls that changed",), [(change.words,) for change in shown])
+            if len(report.changed_walls) > WALLS:
+                click.echo(f"… and {len(report.changed_walls) - WALLS} more walls (--json lists all)")
+        for key, (mine, yours) in report.settings.items():
+            click.echo(f"{key}: {mine} in A, {yours} in B")
+    for reason in outcome.reasons:
+        click.secho(f"Not kept: {reason}", fg=COLOURS["failed"])
+
+
+def tell_many(outcomes: "Sequence[Outcome]") -> None:
+    """The sum, a table with a line a recording, then the details of those that are not the same."""
+    from sonarlog.diff.outcome import summary
+
+    click.echo(summary(outcomes))
+    head = ("recording", "result", "first difference", "path", "cells", "walls", "RMS off the truth")
+    table(head, [(outcome.name, outcome.verdict, *_line(outcome)) for outcome in outcomes])
+    for outcome in outcomes:
+        if outcome.verdict in ("changed", "within", "failed"):
+            click.secho(f"{outcome.name}", bold=True)
+            said = outcome.report.headline if outcome.report else f"Failed: {outcome.failed}"
+            click.echo(f"  {said}")
+            for reason in outcome.reasons:
+                click.secho(f"  Not kept: {reason}", fg=COLOURS["failed"])
+
+
+def _line(outcome: "Outcome") -> tuple[str, ...]:
+    report = outcome.report
+    if report is None:
+        return ("–",) * 5
+    first = "–" if report.first is None else f"sweep {report.first.sweep}, {report.first.name} ({report.first.block})"
+    truth = "–" if report.truth is None else f"{report.truth.a.ate_m:.3f} → {report.truth.b.ate_m:.3f} m"
+    cells, walls = f"{100 * report.cells.changed:.1f} %", f"{len(report.changed_walls)} of {len(report.walls)}"
+    return first, f"{report.path.largest_m:.3f} m", cells, walls, truth
+
+
+def _levels(report: "Report") -> list[tuple[str, ...]]:
+    """A line a level."""
+    path, rooms, none = report.path, report.rooms, ""
+    aligned = none if report.alignment.none else f", {100 * report.aligned_cells.changed:.1f} % once aligned"
+    left = none if report.alignment.none else f", {path.aligned_largest_m:.3f} m once aligned"
+    walls = [f"{counted(n, 'wall')}" for n in (len(report.a.walls), len(report.b.walls))]
+    rows: list[tuple[str, ...]] = [
+        ("alignment", none, none, report.alignment.words or "none needed"),
+        ("cells", none, none, f"{100 * report.cells.changed:.1f} % changed{aligned}"),
+        ("walls", *walls, _kinds(report)),
+        ("free area", f"{rooms.free_m2[0]:.1f} m²", f"{rooms.free_m2[1]:.1f} m²", _rooms(report)),
+        ("path", *(f"{n} sweeps" for n in report.sweeps), f"up to {path.largest_m:.3f} m (sweep {path.sweep}){left}"),
+    ]
+    changed = [change for change in report.calibration if change.changed]
+    for change in changed[:3]:
+        rows.append((f"calibration, {change.name}", _number(change.a), _number(change.b), none))
+    if report.truth is not None:
+        for metric in report.truth.metrics:
+            nearer = f"{metric.nearer} is nearer" if metric.nearer else "as near"
+            mine, yours = (f"{value:.2f} {metric.unit}" for value in (metric.a, metric.b))
+            rows.append((f"off the truth: {metric.label}" if metric.unit != "%" else metric.label, mine, yours, nearer))
+    return rows
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.5f}"
+
+
+def _kinds(report: "Report") -> str:
+    """`9 the same, 1 moved, 2 gone`."""
+    from sonarlog.diff.matching import KINDS
+
+    counts = [(sum(not change.kinds for change in report.walls), "the same")]
+    counts += [(sum(kind in change.kinds for change in report.walls), kind) for kind in KINDS]
+    return ", ".join(f"{count} {kind}" for count, kind in counts if count) or "none"
+
+
+def _rooms(report: "Report") -> str:
+    changed = [change.words for change in report.rooms.changes if change.kind]
+    return "; ".join(changed[:3]) or f"{counted(report.rooms.rooms[0], 'connected area')} in both"
+
+
+def _cells(report: "Report") -> None:
+    names = ("unknown", "free", "occupied")
+    tables = [("cells", report.cells.table)]
+    if not report.alignment.none:
+        tables.append(("cells once aligned", report.aligned_cells.table))
+    for title, counts in tables:
+        rows = [(f"A {name}", *map(str, row)) for name, row in zip(names, counts, strict=True)]
+        table((title, *(f"B {name}" for name in names)), rows)
+
+
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
+    """Names to the left, numbers to the right; as wide as it must be where stdout is no terminal."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD)
+    numbers = all(row[1:] and all(cell.isdecimal() for cell in row[1:]) for row in rows)
+    for k, title in enumerate(head):
+        made.add_column(title, justify="right" if k and numbers else "left")
+    for row in rows:
+        made.add_row(*row)
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=PLAIN_WIDTH)
+    console.print(made)
