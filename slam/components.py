@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from slam.boards import board, cells, stride_of
 from slam.geometry import Bools
 from slam.sweep import Ints
 
@@ -9,36 +10,40 @@ from slam.sweep import Ints
 def label(mask: Bools) -> Ints:
     """8-connected components: 0 outside the mask (h, w), then 1, 2, … in the order of their first cells, row by row."""
     height, width = mask.shape
-    edges = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    rows, begins = np.nonzero(edges == 1)
-    ends = np.nonzero(edges == -1)[1]  # one past the last cell; a row's ends come in the order of its begins
-    parent = list(range(len(rows)))
-    first = np.searchsorted(rows, np.arange(height + 1)).tolist()
-    _join(first, begins.tolist(), ends.tolist(), parent)
-    roots = [_root(parent, run) for run in range(len(parent))]
-    number = {root: k + 1 for k, root in enumerate(dict.fromkeys(roots))}
-    numbers = np.array([number[root] for root in roots], dtype=np.int64)
+    stride = stride_of(width, 1)
+    begins, ends, numbers = labelled_runs(board(mask, stride), stride)
     labels = np.zeros(height * width, dtype=np.int64)
-    labels[np.flatnonzero(mask.reshape(-1))] = np.repeat(numbers, ends - begins)
+    labels[np.flatnonzero(mask.reshape(-1))] = np.repeat(numbers + 1, ends - begins)
     return labels.reshape(height, width)
 
 
-def _join(first: list[int], begins: list[int], ends: list[int], parent: list[int]) -> None:
-    """Join each run with those of the row before that it touches, corners included; `first[r]` is row r's first run."""
-    for row in range(1, len(first) - 1):
-        above, here = first[row - 1], first[row]
-        while above < first[row] and here < first[row + 1]:
-            if begins[above] <= ends[here] and begins[here] <= ends[above]:
-                a, b = _root(parent, above), _root(parent, here)
-                parent[max(a, b)] = min(a, b)
-            if ends[above] < ends[here]:
-                above += 1
-            else:
-                here += 1
+def labelled_runs(board: int, stride: int) -> tuple[Ints, Ints, Ints]:
+    """The board's runs of cells in a row: places (k,) of their first cells and past their last, and their components.
+
+    8-connected; components are numbered from 0 in the order of their first cells.
+    """
+    borders = cells(board ^ (board << 1))  # rows end in spare columns: no run goes on into the next row
+    begins, ends = borders[::2], borders[1::2]
+    above, here = _touching(begins, ends, stride)
+    parent = np.arange(len(begins))
+    while True:
+        first, second = parent[above], parent[here]
+        if bool((first == second).all()):
+            break
+        lower = np.minimum(first, second)
+        np.minimum.at(parent, first, lower)
+        np.minimum.at(parent, second, lower)
+        while not np.array_equal(shorter := parent[parent], parent):
+            parent = shorter
+    roots = parent == np.arange(len(parent))
+    return begins, ends, (np.cumsum(roots) - 1)[parent]
 
 
-def _root(parent: list[int], run: int) -> int:
-    while parent[run] != run:
-        parent[run] = parent[parent[run]]
-        run = parent[run]
-    return run
+def _touching(begins: Ints, ends: Ints, stride: int) -> tuple[Ints, Ints]:
+    """Pairs (above, here) of runs in neighbouring rows that touch, corners included."""
+    low = np.searchsorted(ends, begins - stride, side="left")
+    high = np.searchsorted(begins, ends - stride, side="right")
+    count = np.maximum(high - low, 0)
+    here = np.repeat(np.arange(len(begins)), count)
+    start = np.cumsum(count) - count
+    return np.arange(len(here)) - start[here] + low[here], here

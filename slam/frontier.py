@@ -9,12 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
-from slam.components import label
+from slam.boards import board, cells, stride_of, within
+from slam.components import labelled_runs
 from slam.dmath import Floats
-from slam.geometry import Bools, Pose
+from slam.geometry import Pose
 from slam.grid import Grid
-from slam.planning import Ground, find_path, inflate
-from slam.sweep import Ints
+from slam.planning import Ground, Path, Ways, least
+
+ROUND = 16
+"""Waves of the search for ways between two looks at what may still win."""
 
 
 @dataclass(frozen=True)
@@ -48,69 +51,82 @@ class Decision:
 
 def next_goal(grid: Grid, pose: Pose, config: FrontierConfig) -> Decision:
     """Choose the frontier region with the most cells for the metres to it."""
-    cells, left, bottom = grid.dense()
+    log_odds, left, bottom = grid.dense()
     nothing = np.zeros((0, 2))
-    if cells.size == 0:
+    if log_odds.size == 0:
         return Decision(0, (), None, nothing)
-    free = grid.free(cells)
-    frontier = free & beside(~free & ~grid.occupied(cells))
     radius = int((config.robot_radius_m + config.margin_m) / grid.cell_m + 0.5)
-    ground = Ground(free & ~inflate(grid.occupied(cells), radius), left, bottom, grid.cell_m)
-    regions = _regions(frontier, ground, config)
+    height, width = log_odds.shape
+    stride = stride_of(width, radius + 1)
+    free, occupied = board(grid.free(log_odds), stride), board(grid.occupied(log_odds), stride)
+    frontier = free & ~inside(free | occupied, stride)
+    ground = Ground(free & ~within(occupied, stride, radius), stride, (height, width), left, bottom, grid.cell_m)
+    count, regions = _regions(frontier, ground, config)
+    chosen, path = _best(regions, ground, pose, config)
+    return Decision(count, tuple(regions), chosen, nothing if path is None else path.points)
+
+
+def inside(mask: int, stride: int) -> int:
+    """The cells whose four neighbours are in the mask; what lies beyond the border is not."""
+    return (mask << 1) & (mask >> 1) & (mask << stride) & (mask >> stride)
+
+
+def _best(regions: list[Region], ground: Ground, pose: Pose, config: FrontierConfig) -> tuple[int | None, Path | None]:
+    """The region of the best gain and the way to it; of equal gains the one whose centre promises more."""
     start = ground.cell(pose.x, pose.y)
-    best: tuple[float, int, Floats] | None = None
-    reachable = ground.reachable(start)
-    for k in sorted(range(len(regions)), key=lambda k: (-_gain(regions[k], pose, config), k)):
-        target = regions[k].target
-        # Straight there is the least a way can cost, so what cannot win even so needs no search.
-        if best is not None and _gain(regions[k], pose, config) <= best[0]:
-            break
-        found = find_path(ground, start, target) if target is not None and reachable[target] else None
-        if found is not None:
-            gain = regions[k].cells / (found.length_m + config.settle_m)
-            if best is None or gain > best[0]:
-                best = (gain, k, found.points)
-    return Decision(
-        int(np.count_nonzero(frontier)), tuple(regions), best[1] if best else None, best[2] if best else nothing
-    )
+    order = sorted(range(len(regions)), key=lambda k: (-_gain(regions[k], pose, config), k))
+    goals = [(rank, regions[k].cells, target) for rank, k in enumerate(order) if (target := regions[k].target)]
+    reachable = ground.reachable(start, [target for _, _, target in goals])
+    goals = [goal for goal, there in zip(goals, reachable, strict=True) if there]
+    ways = Ways(ground, start, [target for _, _, target in goals])
 
+    def gain(cells: int, cost: int) -> float:
+        return cells / (ground.length_m(cost) + config.settle_m)
 
-def beside(mask: Bools) -> Bools:
-    """The cells with a 4-neighbour in the mask; beyond the border counts as in it."""
-    padded = np.pad(mask, 1, constant_values=True)
-    return padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
+    best, more = (0.0, 0, (0, 0)), True
+    while True:
+        found = [goal for goal in goals if goal[2] in ways.found]
+        best = max([best, *((gain(cells, ways.found[target]), -rank, target) for rank, cells, target in found)])
+        # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
+        goals = [
+            goal
+            for goal in goals
+            if goal[2] not in ways.found and gain(goal[1], max(ways.reached, least(start, goal[2]))) >= best[0]
+        ]
+        if not goals or not more:
+            return (order[-best[1]], ways.path(best[2])) if best[0] > 0.0 else (None, None)
+        for _ in range(ROUND):
+            more = ways.go_on()
 
 
 def _gain(region: Region, pose: Pose, config: FrontierConfig) -> float:
+    """What a region would be worth if its nearest cell lay straight ahead."""
     straight = dmath.hypot(region.centre[0] - pose.x, region.centre[1] - pose.y)
-    # The centre may lie up to the region's own size nearer than its cell to go to.
     return region.cells / (max(0.0, straight - 0.05 * region.cells) + config.settle_m)
 
 
-def _regions(frontier: Bools, ground: Ground, config: FrontierConfig) -> list[Region]:
-    """8-connected clusters of frontier cells that are large enough, largest first."""
-    rows, columns = np.nonzero(frontier)
-    cluster = label(frontier)[rows, columns]
+def _regions(frontier: int, ground: Ground, config: FrontierConfig) -> tuple[int, list[Region]]:
+    """How many frontier cells there are, and their 8-connected clusters that are large enough, largest first."""
+    begins, ends, numbers = labelled_runs(frontier, ground.stride)
+    lengths = ends - begins
+    cluster = np.repeat(numbers, lengths)
+    places = np.repeat(ends - np.cumsum(lengths), lengths) + np.arange(len(cluster))
+    rows, columns = np.divmod(places, ground.stride)
     sizes = np.bincount(cluster)
-    order = np.argsort(cluster, kind="stable")
-    borders = np.cumsum(sizes)
-    regions = []
-    for k in np.flatnonzero(sizes >= config.min_cells).tolist():
-        members = order[borders[k] - sizes[k] : borders[k]]
-        regions.append(_region(rows[members], columns[members], ground))
-    return sorted(regions, key=lambda region: (-region.cells, region.centre))
-
-
-def _region(rows: Ints, columns: Ints, ground: Ground) -> Region:
-    middle_row, middle_column = int(rows.sum()) / len(rows), int(columns.sum()) / len(rows)
-    passable = ground.passable[rows, columns]
-    target = None
-    if bool(passable.any()):
-        off = (rows - middle_row) ** 2 + (columns - middle_column) ** 2
-        nearest = int(np.argmin(np.where(passable, off, np.inf)))
-        target = (int(rows[nearest]), int(columns[nearest]))
-    centre = (
-        (middle_column + ground.left + 0.5) * ground.cell_m,
-        (middle_row + ground.bottom + 0.5) * ground.cell_m,
-    )
-    return Region(len(rows), centre, target)
+    # Sums of integers: as floats they are exact.
+    middle_row, middle_column = (np.bincount(cluster, weights=values) / sizes for values in (rows, columns))
+    dr, dc = rows - middle_row[cluster], columns - middle_column[cluster]
+    passable = np.zeros(len(places), dtype=bool)
+    passable[np.searchsorted(places, cells(frontier & ground.passable))] = True
+    order = np.lexsort((np.where(passable, dr * dr + dc * dc, np.inf), cluster))
+    nearest = order[np.cumsum(sizes) - sizes]  # the first of each cluster
+    target = list(zip(rows[nearest].tolist(), columns[nearest].tolist(), strict=True))
+    x = ((middle_column + ground.left + 0.5) * ground.cell_m).tolist()
+    y = ((middle_row + ground.bottom + 0.5) * ground.cell_m).tolist()
+    there = passable[nearest].tolist()
+    regions = [
+        Region(size, (x[k], y[k]), target[k] if there[k] else None)
+        for k, size in enumerate(sizes.tolist())
+        if size >= config.min_cells
+    ]
+    return len(places), sorted(regions, key=lambda region: (-region.cells, region.centre))

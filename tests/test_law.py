@@ -23,10 +23,6 @@ BOUND = sorted(
 
 ALLOWED = {
     ("slam/dmath.py", "(-1.0) ** n"): "powers of one are exact",
-    ("slam/frontier.py", "rows.sum()"): "whole numbers",
-    ("slam/frontier.py", "columns.sum()"): "whole numbers",
-    ("slam/frontier.py", "(rows - middle_row) ** 2"): "an array's square is a product",
-    ("slam/frontier.py", "(columns - middle_column) ** 2"): "an array's square is a product",
     ("sonarlog/decode.py", "sum((_is_sip(piece) for piece in pieces))"): "counts",
     ("sonarlog/protocol/framing.py", "sum(body[0:even:2])"): "bytes",
     ("sonarlog/protocol/framing.py", "sum(body[1:even:2])"): "bytes",
