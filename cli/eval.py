@@ -1,6 +1,7 @@
 """sonarlog eval."""
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -112,7 +113,8 @@ def _tell(found: "list[Evaluation]") -> None:
     table.add_column("")
     for title in _titles(found):
         table.add_column(title, justify="right", overflow="fold")
-    table.add_row("poses judged", *(f"{each.judged} of {each.poses}" if each.path else "–" for each in found))
+    if any(each.path for each in found):
+        table.add_row("poses judged", *(f"{each.judged} of {each.poses}" if each.path else "–" for each in found))
     _path_rows(table.add_row, found, "path")
     if any(each.corrected_later for each in found):
         table.add_section()
@@ -124,7 +126,8 @@ def _tell(found: "list[Evaluation]") -> None:
             table.add_row(label, *("–" if share is None else f"{100 * share:.1f} %" for share in shares))
     if any(each.walls for each in found):
         table.add_row("long walls bent by up to", *(_bent(each) for each in found))
-    Console(highlight=False).print(table)
+    width = None if sys.stdout.isatty() else 1000  # a file has room for every column
+    Console(highlight=False, width=width).print(table)
     if any(each.ratio for each in found):
         click.echo("In parentheses: as a part of raw odometry's error in the same recording.", err=True)
 

@@ -45,6 +45,10 @@ class OtherTime(NoTruth):
         )
 
 
+class OtherDrive(NoTruth):
+    """A truth of another drive than the path, at the same time by its own clock."""
+
+
 @dataclass(frozen=True)
 class Track:
     """A path to be judged: poses (n, 3) at moments (n,), with what else a run knows.
@@ -135,22 +139,30 @@ def evaluate(
     """Hold a path and its map against the truth.
 
     `true_map` is taken instead of the reference's surfaces; without true poses it needs to be told where in it the
-    path starts. Raises NoTruth, OtherTime.
+    path starts. Raises NoTruth, OtherTime, OtherDrive.
     """
     if len(track.t_ns) == 0:
         raise NoTruth(f"{track.name} holds no poses")
     place = true_map or reference.surfaces
     if reference.truth is None:
-        if place is None or start is None:
+        if place is None:
             raise NoTruth(f"{track.name} has no truth: give one with --truth FILE.tum, or a map with --truth-map")
+        if start is None:
+            raise NoTruth(f"{track.name} has no true poses: say with --start X,Y,DEG where in the true map it starts")
         return _map_alone(track, place, start)
     truth, known = poses_at(reference.truth, track.t_ns)
     if not known.any():
         raise OtherTime(track.name, span_of(track.t_ns), reference.name, span_of(reference.truth.t_ns))
     truth = truth[known]
     odometry = track.odometry
-    if odometry is None and reference.odometry is not None:
-        odometry = odometry_at(reference.odometry, track.t_ns)
+    if reference.odometry is not None:
+        recorded = odometry_at(reference.odometry, track.t_ns)
+        if odometry is None:
+            odometry = recorded
+        elif not _same_drive(odometry[known], recorded[known]):
+            raise OtherDrive(
+                f"{reference.name} is not the recording of {track.name}: their odometry tells other drives"
+            )
     path, online, raw = (
         None if poses is None else path_errors(poses[known], truth) for poses in (track.path, track.online, odometry)
     )
@@ -169,6 +181,12 @@ def evaluate(
         map=map_quality(track.grid, place, frame, truth[:, :2]) if track.grid and place else None,
         walls=_walls(track, truth, known, reference.surfaces if true_map is None else None),
     )
+
+
+def _same_drive(odometry: Floats, recorded: Floats) -> bool:
+    """Whether both tell of one drive; a calibration may bend it a little, so a tenth of the way is let pass."""
+    way = float(np.hypot(*np.diff(recorded[:, :2], axis=0).T).sum())
+    return path_errors(odometry, recorded).ate_aligned_m <= max(0.1, 0.1 * way)
 
 
 def _map_alone(track: Track, place: Surfaces | TruePlace, start: Pose) -> Evaluation:
