@@ -1,6 +1,6 @@
 """Runs of a short synthetic corridor, made by the real pipeline and written by the real writer."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -41,13 +41,14 @@ def made_run(
     *,
     recording: str = "one recording",
     truth: bool = True,
+    stations: Sequence[Pose] = TRUE,
 ) -> Run:
-    """A run of these sweeps with some settings changed."""
+    """A run of these sweeps, seen from these stations, with some settings changed."""
     chosen = algorithm(name).configured(changes)
     identity = identify(recording, chosen)
     result = RunDigest(identity.asked())
     with RunWriter(path, identity) as writer:
-        for step, true in zip(pipeline.run(sweeps, RING, chosen), TRUE, strict=False):
+        for step, true in zip(pipeline.run(sweeps, RING, chosen), stations, strict=False):
             writer.add(step, result.add(step), result, true if truth else None)
         writer.finish(result, step.state.grid, {}, SURFACES if truth else None)
     return read_run(path)

@@ -76,7 +76,8 @@ def _features(a: Values, b: Values) -> Said | None:
     mine, yours = ({**_kinds(each)} for each in (a, b))
     for rcd in sorted(mine | yours):
         if mine.get(rcd) != yours.get(rcd):
-            return f"takes RCD {rcd} for {mine.get(rcd, 'nothing')}", f"takes it for {yours.get(rcd, 'nothing')}"
+            one, other = (f"takes RCD {rcd} for {each.get(rcd, 'nothing')}" for each in (mine, yours))
+            return one, other
     return None
 
 
@@ -100,7 +101,7 @@ def _natures(a: Values, b: Values) -> Said | None:
     for wall in sorted(set(mine) & set(yours)):
         one, other = (links[wall].get("nature", 0) for links in (mine, yours))
         if one != other:
-            return f"takes wall {wall} for {_nature(one)}", f"takes it for {_nature(other)}"
+            return f"takes wall {wall} for {_nature(one)}", f"takes wall {wall} for {_nature(other)}"
     return None
 
 
@@ -124,9 +125,9 @@ def _evidence(a: Values, b: Values) -> Said | None:
     if not count:
         return None
     row, column = (int(k) for k in np.unravel_index(int(np.argmax(off)), off.shape))
-    cells = f"{counted(count, 'cell')} {'gets' if count == 1 else 'get'} other evidence"
-    mine, yours = (int(whole[row, column]) for whole in laid)
-    return f"{cells}, most so cell ({left + column}, {bottom + row}): {mine:+d}", f"there {yours:+d}"
+    cells = f"one of {counted(count, 'cell')} that differ" if count > 1 else "the one cell that differs"
+    mine, yours = (f"{int(whole[row, column]):+d} to cell ({left + column}, {bottom + row}), {cells}" for whole in laid)
+    return f"adds {mine}", f"adds {yours}"
 
 
 def _goals(a: Values, b: Values) -> Said | None:
