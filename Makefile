@@ -29,7 +29,7 @@ contracts: $(READY)
 	$(BIN)/lint-imports
 
 bench: $(READY)
-	$(BIN)/python -m benchmarks.accuracy
+	$(BIN)/sonarlog bench
 
 # One digest on every machine that this one can pass for; WRITE=1 puts the tables into docs/determinism.md, and
 # QUICK=1 gives the emulated machine, twenty times slower, only the shortest recording.

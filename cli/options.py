@@ -39,7 +39,7 @@ def settings_from(config: Path | None, changes: tuple[str, ...]) -> dict[str, ob
         name, equals, text = change.partition("=")
         if not equals:
             raise click.UsageError(f"--set takes BLOCK.KEY=VALUE, not {change!r}")
-        settings[name.strip()] = _value(text.strip())
+        settings[name.strip()] = value_of(text.strip())
     return settings
 
 
@@ -53,7 +53,7 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, object]:
     return flat
 
 
-def _value(text: str) -> object:
+def value_of(text: str) -> object:
     """The value as TOML has it; what is no TOML is a text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]

@@ -10,6 +10,8 @@ from math import ceil
 from sonarlog.sim.outline import Point, Stretch
 
 STATION_M = 0.8
+NARROW_M = 2.2
+BLIND_M, NARROW_BLIND_M = 0.7, 1.4
 
 
 @dataclass(frozen=True)
@@ -33,18 +35,21 @@ class Tour:
         """As `sonarlog record --route` takes it."""
         return "; ".join(self.steps)
 
-    def along(self, stretch: Stretch, begin: float, end: float, visits: tuple[Visit, ...], *, follow: bool) -> None:
+    def along(
+        self, stretch: Stretch, begin: float, end: float, visits: tuple[Visit, ...] = (), *, hall: bool = False
+    ) -> None:
         """From here to there along a stretch, a scan before each step, in and out at the visits.
 
-        `follow` keeps to the middle by what the sonars see, but for the steps next to openings and ends, where they
-        see too much.
+        The robot keeps to the middle by what its sonars see; it goes straight on by odometry in a hall, and near
+        openings and bends, where they see too much: in a narrow way an edge ahead looks like its end.
         """
+        bend = BLIND_M if stretch.leg.left + stretch.leg.right > NARROW_M else NARROW_BLIND_M
         visits = tuple(sorted(visits, key=lambda visit: visit.along))
         stops = [begin, *(visit.along for visit in visits), end]
         for i, (a, b) in enumerate(pairwise(stops)):
             places = _places(a, b)
-            for k, (here, there) in enumerate(pairwise(places)):
-                near = k == 0 or there == b or not follow
+            for here, there in pairwise(places):
+                near = here - a < (BLIND_M if i else bend) or b - there < (BLIND_M if i < len(visits) else bend) or hall
                 self.line += [stretch.at(here), stretch.at(there)]
                 self.steps += ["scan", f"{'go' if near else 'follow'} {there - here:.2f}"]
             if i < len(visits):
@@ -60,7 +65,8 @@ class Tour:
         self.steps += ["scan", f"turn {90 * visit.side}"]
         for here, there in pairwise(places):
             self.steps += [f"go {there - here:.2f}", "scan"]
-        self.steps += ["turn 180", f"go {visit.deep:.2f}", f"turn {90 * visit.side}"]
+        # Back the other way round, so that what odometry gets wrong about turns does not add up.
+        self.steps += [f"turn {-180 * visit.side}", f"go {visit.deep:.2f}", f"turn {90 * visit.side}"]
 
     def mirrored(self) -> "Tour":
         """The same the other way round: left is right."""

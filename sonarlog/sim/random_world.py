@@ -70,6 +70,7 @@ class Place:
     outlines: list[Outline]
     tour: Tour
     poles: list[tuple[float, float, float]]
+    narrow: bool = False
 
     def edges(self) -> list[Edge]:
         """All pieces of all outlines."""
@@ -119,7 +120,7 @@ def _ways(dice: Dice) -> Place | None:
 def _rooms(dice: Dice) -> Place | None:
     """A way or two with rooms off it, which the tour goes into."""
     width = dice.between(1.7, 2.8)
-    legs = [Leg(dice.between(7.0, 10.0), width / 2, width / 2) for _ in range(dice.whole(1, 2))]
+    legs = [Leg(dice.between(7.0, 11.0), width / 2, width / 2) for _ in range(dice.whole(1, 2))]
     if len(legs) == 2:
         legs[0] = replace(legs[0], turn=dice.side() * dice.whole(25, 100))
     stretches = laid(legs, _CAP_M)
@@ -133,9 +134,9 @@ def _rooms(dice: Dice) -> Place | None:
             visit = _add_room(dice, place.outlines[0], stretch, along, dice.side())
             if visit is not None:
                 here.append(visit)
-            along += dice.between(1.6, 3.0)
-        visits.append(tuple(here[:3]))
-    if not any(visits):
+            along += dice.between(2.6, 4.0)
+        visits.append(tuple(here))
+    if sum(map(len, visits)) < 2:
         return None
     count = sum(map(len, visits))
     turned = _place(f"way of {width:g} m width, {count} rooms off it, bends of {_angles(legs)}", stretches, visits)
@@ -155,30 +156,29 @@ def _loop(dice: Dice) -> Place | None:
         return None
     tour = Tour()
     for i, stretch in enumerate(stretches):
-        tour.along(stretch, 2.0 if i == 0 else 0.0, stretch.leg.length, (), follow=True)
+        tour.along(stretch, 2.0 if i == 0 else 0.0, stretch.leg.length)
         tour.turn(stretch.leg.turn)
-    tour.along(stretches[0], 0.0, 3.5, (), follow=True)
+    tour.along(stretches[0], 0.0, 3.5)
     tour.steps.append("scan")
-    return Place(f"way of {width:g} m width round a block of {2 * corners} corners", [without, within], tour, [])
+    about = f"way of {width:g} m width round a block of {2 * corners} corners"
+    return Place(about, [without, within], tour, [], width < 1.7)
 
 
 def _hall(dice: Dice) -> Place | None:
-    """A way into a hall with pillars, a look to its sides, and a way out."""
-    width = dice.between(1.6, 2.8)
+    """A way into a hall with pillars, a look to one side, and a way out."""
+    width = dice.between(2.0, 3.2)
     into, hall, out = dice.between(3.0, 5.0), dice.between(6.0, 9.0), dice.between(2.5, 5.0)
     left, right = dice.between(2.2, 4.5), dice.between(2.2, 4.5)
     legs = [Leg(into, width / 2, width / 2), Leg(hall, left, right), Leg(out, width / 2, width / 2)]
     if dice.chance(0.5):
         bend = dice.side() * dice.whole(20, 100)
         legs = [*legs[:2], replace(legs[2], turn=bend), Leg(dice.between(3.0, 5.0), width / 2, width / 2)]
-    looks = []
-    for part in (0.3, 0.7):
-        side = dice.side()
-        deep = round((left if side > 0 else right) - dice.between(0.9, 1.4), 2)
-        looks.append(Visit(round(hall * part, 2), side, deep))
+    side = dice.side()
+    deep = round((left if side > 0 else right) - dice.between(0.9, 1.4), 2)
+    look = Visit(round(hall * dice.between(0.35, 0.65), 2), side, deep)
     stretches = laid(legs, _CAP_M)
     about = f"hall of {hall:g} × {left + right:g} m with pillars, ways of {width:g} m width"
-    place = _place(about, stretches, [(), tuple(looks), *(() for _ in legs[2:])], wide=1)
+    place = _place(about, stretches, [(), (look,), *(() for _ in legs[2:])], wide=1)
     if place is not None:
         _pillars(dice, place, stretches[1])
     return place
@@ -197,12 +197,12 @@ def _place(
     tour = Tour()
     for i, stretch in enumerate(stretches):
         end = stretch.leg.length - (1.0 if stretch is stretches[-1] else 0.0)
-        # A hall's first metre lies still in the way before it, for the steps where the width changes are driven blind.
-        tour.along(stretch, _CAP_M if i == 0 else 0.0, end, visits[i], follow=i != wide)
+        tour.along(stretch, _CAP_M if i == 0 else 0.0, end, visits[i], hall=i == wide)
         if stretch.leg.turn:
             tour.turn(stretch.leg.turn)
     tour.steps.append("scan")
-    return Place(about, [outline], tour, [])
+    narrow = any(stretch.leg.left + stretch.leg.right < 1.7 for stretch in stretches)
+    return Place(about, [outline], tour, [], narrow)
 
 
 def _add_room(dice: Dice, outline: Outline, stretch: Stretch, along: float, side: int) -> Visit | None:
@@ -255,8 +255,8 @@ def _pillars(dice: Dice, place: Place, hall: Stretch) -> None:
 
 
 def _let_in(dice: Dice, place: Place) -> None:
-    """Niches, doors set back, and piers, into a share of the long walls."""
-    share = dice.between(0.1, 0.7)
+    """Niches, doors set back, and piers, into a share of the long walls; into those of narrow ways none."""
+    share = 0.0 if place.narrow else dice.between(0.1, 0.7)
     for outline in place.outlines[:2]:
         for edge in list(outline):
             if edge.length < 2.4 or not dice.chance(share):
