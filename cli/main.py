@@ -21,6 +21,7 @@ COMMANDS = {  # name: (module, one line of help)
     "check": ("cli.check", "Say whether a recording is sound, and what of it is usable."),
     "recover": ("cli.recover", "Make a sound file of a recording that was cut off or damaged."),
     "bench": ("cli.bench", "Measure every algorithm in every world, against the truth."),
+    "calibrate": ("cli.calibrate", "Find what a robot's odometry and sonars get wrong, once and for all."),
     "sim": ("cli.sim", "Be an AmigoBot: the embedded robot as a server."),
     "import": ("cli.import_", "Bring other people's sonar logs in."),
     "export": ("cli.export", "Write a recording or a run as plain files for other programs."),
