@@ -160,9 +160,7 @@ def evaluate(
         if odometry is None:
             odometry = recorded
         elif not _same_drive(odometry[known], recorded[known]):
-            raise OtherDrive(
-                f"{reference.name} is not the recording of {track.name}: their odometry tells other drives"
-            )
+            raise OtherDrive(f"{reference.name} is not the recording of {track.name}: their odometry differs")
     path, online, raw = (
         None if poses is None else path_errors(poses[known], truth) for poses in (track.path, track.online, odometry)
     )

@@ -50,8 +50,9 @@ def rasterised(surfaces: Surfaces, cell_m: float, around: Floats) -> Raster:
         part = np.arange(steps + 1) / steps
         row, column = empty.cells(np.column_stack([x0 + part * (x1 - x0), y0 + part * (y1 - y0)]))
         empty.walls[row, column] = True
-    rows, columns = np.indices((height, width))
-    x_m, y_m = (columns + left + 0.5) * cell_m, (rows + bottom + 0.5) * cell_m
     for x, y, radius in surfaces.poles.tolist():
-        empty.poles[np.hypot(x_m - x, y_m - y) <= radius] = True
+        (row, top), (column, right) = empty.cells(np.array([[x - radius, y - radius], [x + radius, y + radius]]))
+        j, i = np.mgrid[row : top + 1, column : right + 1]
+        off = np.hypot((i + left + 0.5) * cell_m - x, (j + bottom + 0.5) * cell_m - y)
+        empty.poles[row : top + 1, column : right + 1] |= off <= radius
     return empty

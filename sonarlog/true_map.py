@@ -16,11 +16,12 @@ from scipy.spatial import cKDTree
 
 from slam.geometry import ORIGIN, Bools, Pose
 from sonarlog.errors import SonarlogError
-from sonarlog.log import Floats
+from sonarlog.log import Floats, Ints
 
 SEEN_M = 3.0
-OWN_CELLS = 2.5
-"""A ray that grazes a wall of cells is in its cells so long before it arrives."""
+GRAZING_CELLS = 6.0
+"""A ray that grazes a wall runs in its cells for a while before it arrives; at 5° so long."""
+SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0))
 LARGEST_PIXELS = 100_000_000
 
 
@@ -51,7 +52,7 @@ class TrueMap:
         seen = np.zeros(len(self._surface), dtype=bool)
         for station in stations:
             near = np.flatnonzero(~seen & (np.hypot(*(self._surface - station).T) <= SEEN_M))
-            seen[near[self._clear(station, self._surface[near])]] = True
+            seen[near[self._clear(station, near)]] = True
         return self._surface[seen]
 
     def is_free(self, points: Floats, stations: Floats, cell_m: float) -> Bools:
@@ -65,18 +66,20 @@ class TrueMap:
         judged = ~self._skin[row, column]
         return np.asarray(self.free[row, column][judged])
 
-    def _clear(self, station: Floats, goals: Floats) -> Bools:
-        """Whether the way to each goal (n, 2) meets nothing occupied but the goal's own neighbourhood."""
+    def _clear(self, station: Floats, chosen: Ints) -> Bools:
+        """Whether the way to each of the surface's cells meets nothing, and meets the wall on the side that is seen."""
+        goals = self._surface[chosen]
         way = goals - station
-        length = np.hypot(way[:, 0], way[:, 1])
         steps = int(2.0 * SEEN_M / self.cell_m) + 1
         part = (np.arange(steps) + 0.5) / steps
-        points = station + part[None, :, None] * way[:, None, :]
-        before = part[None, :] * length[:, None] < length[:, None] - OWN_CELLS * self.cell_m
-        row, column, inside = self._cell(points.reshape(-1, 2))
+        row, column, inside = self._cell((station + part[:, None, None] * way).reshape(-1, 2))
         shut = np.zeros(len(row), dtype=bool)
         shut[inside] = self.occupied[row[inside], column[inside]]
-        return np.asarray(~(shut.reshape(before.shape) & before).any(axis=1))
+        blocked = shut.reshape(steps, len(goals))
+        opened_again = (blocked[:-1] & ~blocked[1:]).any(axis=0)
+        inside_m = blocked.mean(axis=0) * np.hypot(way[:, 0], way[:, 1])
+        facing = (self._open_side[chosen] & (way @ self._normals.T < 0.0)).any(axis=1)
+        return np.asarray(facing & ~opened_again & (inside_m <= GRAZING_CELLS * self.cell_m))
 
     def _cell(self, points: Floats) -> tuple[Any, Any, Bools]:
         """Row and column under each point (n, 2), and whether it is inside the image."""
@@ -90,6 +93,18 @@ class TrueMap:
         """Occupied cells with one beside them that is not: where the surface itself runs."""
         inner = ndimage.binary_erosion(self.occupied, structure=np.ones((3, 3), dtype=bool), border_value=1)
         return np.asarray(self.occupied & ~inner)
+
+    @cached_property
+    def _open_side(self) -> Bools:
+        """For each cell of the surface, on which of its four sides (n, 4) nothing is."""
+        row, column = np.nonzero(self._skin)
+        padded = np.pad(self.occupied, 1, constant_values=True)
+        return np.column_stack([~padded[row + 1 + dy, column + 1 + dx] for dy, dx in SIDES])
+
+    @cached_property
+    def _normals(self) -> Floats:
+        """The four sides' directions (4, 2) in the truth's frame."""
+        return Pose(0.0, 0.0, self.origin.theta).points(np.array([(dx, dy) for dy, dx in SIDES], dtype=np.float64))
 
     @cached_property
     def _surface(self) -> Floats:

@@ -118,6 +118,7 @@ def poses_at(truth: Truth, t_ns: Ints) -> tuple[Floats, Bools]:
     between = start + np.clip(part, 0.0, 1.0)[:, None] * step
     poses = np.where(inside[:, None], between, truth.pose[nearest])
     known = np.asarray(inside | near)
+    poses[:, 2] = np.arctan2(np.sin(poses[:, 2]), np.cos(poses[:, 2]))
     poses[~known] = 0.0
     return poses, known
 

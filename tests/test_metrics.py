@@ -14,6 +14,7 @@ from sonarlog.metrics import (
     frame_between,
     path_errors,
     placed,
+    relative_errors,
     rigid_alignment,
     straightness,
 )
@@ -48,6 +49,22 @@ def test_ratio_to_a_path_without_error_is_unknown() -> None:
 def test_paths_of_other_lengths_are_refused(truth: np.ndarray) -> None:
     with pytest.raises(NotComparable, match="3 poses cannot be held against"):
         path_errors(LINE, truth)
+
+
+def test_relative_errors_are_what_a_piece_of_path_adds_whatever_came_before() -> None:
+    truth = np.array([(k, 0.0, 0.0) for k in range(7)], dtype=np.float64)
+    longer = placed(truth * 1.1, SOMEWHERE)
+    assert relative_errors(longer, truth, 1.0) == pytest.approx((0.1, 0.0))
+    assert relative_errors(longer, truth, 5.0) == pytest.approx((0.5, 0.0))
+    once = truth.copy()
+    once[4:] += (0.0, 0.6, 0.0)  # one jump of six in all: at one piece of 1 m, at two of the two of 5 m
+    assert relative_errors(once, truth, 1.0) == pytest.approx((0.6 / np.sqrt(6), 0.0))
+    assert relative_errors(once, truth, 5.0) == pytest.approx((0.6, 0.0))
+    turning = np.column_stack([truth[:, :2], np.radians(2.0 * truth[:, 0])])
+    over = relative_errors(turning, truth, 5.0)
+    assert over is not None
+    assert over[1] == pytest.approx(10.0)
+    assert relative_errors(truth, truth, 6.5) is None
 
 
 @given(small, small, st.floats(-3, 3))
