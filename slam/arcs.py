@@ -6,11 +6,12 @@ from a wall of normal n puts the wall at D = r + o·n from the frame's origin.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from slam import dmath
-from slam.dmath import DEGREE, Floats
+from slam.dmath import DEGREE, PI, Floats
 from slam.geometry import Bools, wrap
 from slam.sweep import Ints
 
@@ -67,122 +68,189 @@ class Arc:
 
 
 @dataclass(frozen=True)
-class _Run:
-    """A candidate arc: positions in a sonar's track."""
+class _Tracks:
+    """Every sonar's readings in order of bearing, sonar after sonar, (n,) each; a closed circle is laid out twice.
 
-    members: tuple[int, ...]
-    distances: tuple[float, ...]
+    Readings of a sonar stand at `begin` to `end` (sonars,) and a turn of it is `circle` (sonars,) readings long.
+    """
 
-
-@dataclass(frozen=True)
-class _Track:
-    """One sonar's readings in order of bearing, as plain floats."""
-
-    index: list[int]
-    axis: list[float]
-    distance: list[float]
-    echo: list[bool]
-    x: list[float]
-    y: list[float]
-    closed: bool
+    index: Ints
+    axis: Floats
+    distance: Floats
+    echo: Bools
+    x: Floats
+    y: Floats
+    begin: Ints
+    end: Ints
+    circle: Ints
 
 
 def find_arcs(beams: Beams, config: ArcConfig, *, closed: bool) -> list[Arc]:
     """All arcs, by sonar, then by bearing; `closed`: the turn is a full circle, so arcs may cross its seam."""
-    arcs: list[Arc] = []
-    for sonar in range(int(beams.sonar.max()) + 1 if len(beams.sonar) else 0):
-        track = _track(beams, sonar, closed=closed)
-        arcs.extend(_arc(sonar, track, run) for run in _longest_runs(track, config))
-    return arcs
+    if not len(beams.sonar):
+        return []
+    tracks = _tracks(beams, closed=closed)
+    sonars = np.unique(beams.sonar).tolist()
+    runs: list[list[list[int]]] = [[] for _ in sonars]
+    for block, members in _runs(tracks, config):
+        runs[block].append(members)
+    begins, circles = tracks.begin.tolist(), tracks.circle.tolist()
+    chosen = [
+        (sonar, begin, circle, run)
+        for sonar, begin, circle, of in zip(sonars, begins, circles, runs, strict=True)
+        for run in _longest(of, begin, circle)
+    ]
+    return _arcs(chosen, tracks, closed=closed)
 
 
-def _track(beams: Beams, sonar: int, *, closed: bool) -> _Track:
-    """Sorted by bearing. A closed circle is laid out twice, so that a run may cross the seam."""
-    chosen = np.flatnonzero(beams.sonar == sonar)
-    axis = wrap(beams.axis[chosen]) if closed else beams.axis[chosen]
-    order = np.argsort(axis, kind="stable")
-    chosen, axis = chosen[order], axis[order]
+def _tracks(beams: Beams, *, closed: bool) -> _Tracks:
+    axis = wrap(beams.axis) if closed else beams.axis
+    order = np.lexsort((axis, beams.sonar))
+    sonars = np.flatnonzero(np.bincount(beams.sonar))
+    first = np.searchsorted(beams.sonar[order], sonars)
+    blocks = np.split(order, first[1:])
+    sizes = np.array([len(block) for block in blocks])
+    turns = 2 if closed else 1
+    index = np.concatenate([block for block in blocks for _ in range(turns)])
+    axis = axis[index]
     if closed:
-        axis = np.concatenate([axis, axis + 2.0 * dmath.PI])
-        chosen = np.concatenate([chosen, chosen])
-    return _Track(
-        chosen.tolist(),
-        axis.tolist(),
-        beams.distance[chosen].tolist(),
-        beams.echo[chosen].tolist(),
-        beams.origin[chosen, 0].tolist(),
-        beams.origin[chosen, 1].tolist(),
-        closed,
+        axis[np.concatenate([2 * begin + np.arange(n, 2 * n) for begin, n in zip(first, sizes, strict=True)])] += (
+            2.0 * PI
+        )
+    begin = turns * first
+    return _Tracks(
+        index=index,
+        axis=axis,
+        distance=beams.distance[index],
+        echo=beams.echo[index],
+        x=beams.origin[index, 0],
+        y=beams.origin[index, 1],
+        begin=begin,
+        end=begin + turns * sizes,
+        circle=sizes,
     )
 
 
-def _longest_runs(track: _Track, config: ArcConfig) -> list[_Run]:
-    """Runs that share no reading, the longest first taken; in order of bearing."""
-    circle = len(track.index) // 2 if track.closed else len(track.index)
-    runs = [run for start in range(circle) if (run := _grow(track, start, circle, config)) is not None]
-    runs.sort(key=lambda run: (-len(run.members), run.members[0]))
+def _runs(tracks: _Tracks, config: ArcConfig) -> list[tuple[int, list[int]]]:
+    """For each reading the longest run that starts with it, if it is an arc; with the number of its sonar's block.
+
+    A run takes the next reading in if all its distances, with the lever arm taken out, then lie within the spread.
+    All runs grow at once; what can be told of a start and a later reading alone is told beforehand.
+    """
+    places = np.arange(len(tracks.index))
+    block = np.searchsorted(tracks.begin, places, side="right") - 1
+    start = np.flatnonzero(tracks.echo & (places < (tracks.begin + tracks.circle)[block]))
+    inside = _inside(start, block, tracks, config)  # (starts, places ahead)
+    pairs = _pairs(start, inside, tracks, config)
+    member = np.zeros(inside.shape, dtype=bool)
+    member[:, 0] = True
+    going, misses = np.ones(len(start), dtype=bool), np.zeros(len(start), dtype=np.int64)
+    low, high = tracks.distance[start], tracks.distance[start].copy()
+    for ahead in range(1, inside.shape[1]):
+        going &= inside[:, ahead]
+        of, levels = pairs[ahead]
+        grown = member[of, : ahead + 1]
+        grown[:, ahead] = True
+        lower = np.minimum(low[of], tracks.distance[start[of] + ahead])
+        higher = np.maximum(high[of], tracks.distance[start[of] + ahead])
+        grows = going[of] & (higher - lower <= _bridged(config)) & _keeps_one(levels, grown, config)
+        grown_of = of[grows]
+        low[grown_of], high[grown_of] = lower[grows], higher[grows]
+        misses += 1
+        misses[grown_of] -= 1
+        member[grown_of, ahead] = True
+        going &= misses <= config.max_misses
+    last = start + inside.shape[1] - 1 - np.argmax(member[:, ::-1], axis=1)
+    wide = tracks.axis[last] - tracks.axis[start] >= config.min_width_deg * DEGREE
+    arcs = np.flatnonzero(wide & (np.count_nonzero(member, axis=1) >= config.min_readings))
+    rows, ahead_of = np.nonzero(member[arcs])
+    members = np.split(start[arcs][rows] + ahead_of, np.searchsorted(rows, np.arange(1, len(arcs))))
+    return list(zip(block[start[arcs]].tolist(), [run.tolist() for run in members], strict=False))
+
+
+def _bridged(config: ArcConfig) -> float:
+    """No lever arm makes one distance of ranges that differ by more, in metres."""
+    return 4.0 * config.spread_m + 0.1
+
+
+def _inside(start: Ints, block: Ints, tracks: _Tracks, config: ArcConfig) -> Bools:
+    """Whether a reading so many places after each start may belong to its run, for all it is (k, n) not too far on."""
+    limit = np.minimum(start + tracks.circle[block[start]], tracks.end[block[start]])
+    columns = [np.ones(len(start), dtype=bool)]
+    while columns[-1].any():
+        place = np.minimum(start + len(columns), len(tracks.axis) - 1)
+        near = tracks.axis[place] - tracks.axis[start] <= config.max_width_deg * DEGREE
+        columns.append(near & (start + len(columns) < limit))
+    return np.stack(columns, axis=1)
+
+
+def _pairs(start: Ints, inside: Bools, tracks: _Tracks, config: ArcConfig) -> list[tuple[Ints, Floats]]:
+    """For each number of places ahead the starts (numbers) whose run may grow to there, and the distances then.
+
+    (k, places) metres: of every reading from the start to there with the lever arm of the two's middle taken out.
+    """
+    last = np.minimum(start[:, None] + np.arange(inside.shape[1]), len(tracks.axis) - 1)
+    may = inside & tracks.echo[last]
+    may &= np.abs(tracks.distance[last] - tracks.distance[start][:, None]) <= _bridged(config)
+    ahead, of = np.nonzero(may.T)
+    sine, cosine = dmath.sincos(0.5 * (tracks.axis[start[of]] + tracks.axis[start[of] + ahead]))
+    place = np.minimum(start[of][:, None] + np.arange(inside.shape[1]), len(tracks.axis) - 1)
+    levels = tracks.distance[place] + (tracks.x[place] * cosine[:, None] + tracks.y[place] * sine[:, None])
+    borders = np.searchsorted(ahead, np.arange(inside.shape[1] + 1)).tolist()
+    return [(of[i:j], levels[i:j, : k + 1]) for k, (i, j) in enumerate(pairwise(borders))]
+
+
+def _keeps_one(levels: Floats, member: Bools, config: ArcConfig) -> Bools:
+    """Whether the members' distances (k, n) all lie within the spread of their mean."""
+    mean = np.cumsum(np.where(member, levels, 0.0), axis=1)[:, -1] / np.count_nonzero(member, axis=1)
+    return np.asarray(((np.abs(levels - mean[:, None]) <= config.spread_m) | ~member).all(axis=1))
+
+
+def _longest(runs: list[list[int]], begin: int, circle: int) -> list[list[int]]:
+    """Runs of one sonar that share no reading, the longest first taken; in order of bearing."""
     taken: set[int] = set()
     chosen = []
-    for run in runs:
-        places = [m % circle for m in run.members]
-        if not any(place in taken for place in places):
+    for run in sorted(runs, key=lambda run: (-len(run), run[0])):
+        places = [(place - begin) % circle for place in run]
+        if taken.isdisjoint(places):
             taken.update(places)
             chosen.append(run)
-    return sorted(chosen, key=lambda run: run.members[0])
+    return sorted(chosen, key=lambda run: run[0])
 
 
-def _grow(track: _Track, start: int, circle: int, config: ArcConfig) -> _Run | None:
-    """The longest run from `start` on, or None if it is no arc."""
-    if not track.echo[start]:
-        return None
-    members, distances, misses = [start], [track.distance[start]], 0
-    for k in range(start + 1, min(start + circle, len(track.index))):
-        if track.axis[k] - track.axis[start] > config.max_width_deg * DEGREE:
-            break
-        grown = _levelled(track, [*members, k], config) if track.echo[k] else None
-        if grown is not None:
-            members.append(k)
-            distances = grown
-        elif misses == config.max_misses:
-            break
-        else:
-            misses += 1
-    wide = track.axis[members[-1]] - track.axis[start] >= config.min_width_deg * DEGREE
-    return _Run(tuple(members), tuple(distances)) if wide and len(members) >= config.min_readings else None
-
-
-def _levelled(track: _Track, members: list[int], config: ArcConfig) -> list[float] | None:
-    """The members' distances with the lever arm taken out, or None if they differ by more than the spread."""
-    rough = [track.distance[m] for m in members]
-    if max(rough) - min(rough) > 4.0 * config.spread_m + 0.1:  # no lever arm bridges this
-        return None
-    sine, cosine = dmath.sincos(0.5 * (track.axis[members[0]] + track.axis[members[-1]]))
-    distances = [track.distance[m] + (track.x[m] * cosine + track.y[m] * sine) for m in members]
-    mean = dmath.ordered_sum(distances) / len(distances)
-    return distances if all(abs(d - mean) <= config.spread_m for d in distances) else None
-
-
-def _arc(sonar: int, track: _Track, run: _Run) -> Arc:
-    begin, end = run.members[0], run.members[-1]
-    first, last = track.axis[begin], track.axis[end]
-    mean = dmath.ordered_sum(run.distances) / len(run.distances)
-    if track.closed:
-        before = track.axis[begin - 1] if begin else track.axis[len(track.axis) // 2 - 1] - 2.0 * dmath.PI
-        after, whole = track.axis[end + 1], True
-    else:
-        whole = begin > 0 and end < len(track.axis) - 1
-        before, after = (track.axis[begin - 1], track.axis[end + 1]) if whole else (first, last)
-    return Arc(
-        sonar=sonar,
-        readings=tuple(track.index[m] for m in run.members),
-        before=before,
-        first=first,
-        last=last,
-        after=after,
-        distance=mean,
-        spread=max(abs(d - mean) for d in run.distances),
-        whole=whole,
-    )
+def _arcs(chosen: list[tuple[int, int, int, list[int]]], tracks: _Tracks, *, closed: bool) -> list[Arc]:
+    """Arcs of runs given as (sonar, where its block begins, how long a turn is, places)."""
+    runs = [np.array(run) for *_, run in chosen]
+    if not runs:
+        return []
+    flat, sizes = np.concatenate(runs), np.array([len(run) for run in runs])
+    sine, cosine = dmath.sincos(0.5 * (tracks.axis[[run[0] for run in runs]] + tracks.axis[[run[-1] for run in runs]]))
+    lever = tracks.x[flat] * np.repeat(cosine, sizes) + tracks.y[flat] * np.repeat(sine, sizes)
+    levels_of, readings_of = (tracks.distance[flat] + lever).tolist(), tracks.index[flat].tolist()
+    arcs, at = [], 0
+    for sonar, begin, circle, run in chosen:
+        levels, readings = levels_of[at : at + len(run)], readings_of[at : at + len(run)]
+        at += len(run)
+        first, last = run[0], run[-1]
+        whole = closed or (first > begin and last < begin + circle - 1)
+        around = tracks.axis[[first - 1, first, last, min(last + 1, len(tracks.axis) - 1)]].tolist()
+        if first == begin:
+            around[0] = float(tracks.axis[begin + circle - 1]) - 2.0 * PI
+        mean = dmath.ordered_sum(levels) / len(levels)
+        arcs.append(
+            Arc(
+                sonar=sonar,
+                readings=tuple(readings),
+                before=around[0] if whole else around[1],
+                first=around[1],
+                last=around[2],
+                after=around[3] if whole else around[2],
+                distance=mean,
+                spread=max(abs(level - mean) for level in levels),
+                whole=whole,
+            )
+        )
+    return arcs
 
 
 def cluster(arcs: list[Arc], config: ArcConfig) -> list[tuple[int, ...]]:
