@@ -147,18 +147,22 @@ def _layout(panels: Sequence[Panel]) -> tuple[int, Window]:
 
 
 def _upright(panels: Sequence[Panel]) -> float:
-    """The direction that lies level in the picture: that of the tightest box, the first path leading to the right.
-
-    The box is put around the true surfaces where they are known, else around what is occupied.
-    """
+    """The direction that lies level: by the true surfaces where they are known, else by what is occupied."""
     known = [panel.surfaces.segments.reshape(-1, 2) for panel in panels if panel.surfaces is not None]
     points = known[0] if known else np.concatenate([_cells_of(panel, free=False) for panel in panels])
+    return level(points, panels[0].path)
+
+
+def level(points: Floats, path: Floats) -> float:
+    """The direction (rad) that lies level in a picture: that of the tightest box around `points` (n, 2).
+
+    The `path` (m, 2) leads to the right.
+    """
     if len(points) < 2:
         return 0.0
     angles = np.radians(np.arange(0.0, 180.0, 0.5))
     boxes = [np.ptp(_turned(points, -angle), axis=0) for angle in angles]
     best = min(range(len(angles)), key=lambda k: (round(float(boxes[k][0] * boxes[k][1]), 3), -float(boxes[k][0])))
-    path = panels[0].path
     backwards = len(path) > 1 and float(_turned(path[-1:] - path[:1], -float(angles[best]))[0, 0]) < 0
     return float(angles[best]) + (np.pi if backwards else 0.0)
 
