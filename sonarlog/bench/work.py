@@ -19,22 +19,29 @@ from slam.config import settings
 from sonarlog.bench.plan import Case, Contender
 from sonarlog.digest import digest
 from sonarlog.errors import SonarlogError
+from sonarlog.evaluation import evaluate, reference_of_run, track_of_run
 from sonarlog.replay import replay
 from sonarlog.runs import Run, read_run
-from sonarlog.scores import draw_runs, score, wall_straightness
+from sonarlog.scores import draw_runs
 
 Measures = dict[str, float]
-"""Of one replay, by name: errors in metres and degrees, `…_ratio` to raw odometry, shares of the map, milliseconds."""
+"""Of one replay, by name: errors in metres and degrees, `…_ratio` to raw odometry, shares of the map, milliseconds.
 
-_JUDGES = ("decode.py", "map_metrics.py", "metrics.py", "replay.py", "scores.py", "sweeps.py", "true_map.py")
+docs/evaluation.md says what each means; `online_…` is of the poses as they were found, `raw_…` of raw odometry.
+"""
+
+_JUDGES = (
+    "decode.py",
+    "evaluation.py",
+    "map_metrics.py",
+    "metrics.py",
+    "raster.py",
+    "replay.py",
+    "scores.py",
+    "sweeps.py",
+    "truth.py",
+)
 """Sources that the measures hang on, beside the algorithm itself."""
-
-
-class NoTruth(SonarlogError):
-    """A recording that says nothing of where the robot was."""
-
-    def __init__(self, recording: Path) -> None:
-        super().__init__(f"{recording} has no truth to be judged by")
 
 
 @dataclass(frozen=True)
@@ -143,14 +150,14 @@ def _measured(recording: Path, contender: Contender, clock: Callable[[], float])
         replay(recording, contender.algorithm, output)
         seconds = clock() - begin
         run = read_run(output)
-    scores = score(run)
-    if scores is None:
-        raise NoTruth(recording)
-    found: dict[str, float | None] = {**asdict(scores.path)}
-    found |= {f"{name}_ratio": ratio for name, ratio in scores.path.ratio(scores.odometry).items()}
-    found |= {f"raw_{name}": value for name, value in asdict(scores.odometry).items()}
-    found |= asdict(scores.map) if scores.map is not None else {}
-    found["bent_m"] = max((wall.deviation_m for wall in wall_straightness(run)), default=None)
+    judged = evaluate(track_of_run(run), reference_of_run(run))
+    found: dict[str, float | None] = {}
+    for prefix, errors in (("", judged.path), ("online_", judged.online), ("raw_", judged.odometry)):
+        found |= {prefix + name: value for name, value in (asdict(errors) if errors else {}).items()}
+    for prefix, ratios in (("", judged.ratio), ("online_", judged.online_ratio)):
+        found |= {f"{prefix}{name}_ratio": value for name, value in (ratios or {}).items()}
+    found |= asdict(judged.map) if judged.map else {}
+    found["bent_m"] = judged.straightness_m
     found |= {"sweeps": len(run.sweeps), "ms_per_sweep": 1000 * seconds / len(run.sweeps)}
     return {name: float(value) for name, value in found.items() if isinstance(value, int | float)}
 

@@ -118,29 +118,21 @@ def _ways(dice: Dice) -> Place | None:
 
 
 def _rooms(dice: Dice) -> Place | None:
-    """A way or two with rooms off it, which the tour goes into."""
-    width = dice.between(1.7, 2.8)
-    legs = [Leg(dice.between(7.0, 11.0), width / 2, width / 2) for _ in range(dice.whole(1, 2))]
-    if len(legs) == 2:
-        legs[0] = replace(legs[0], turn=dice.side() * dice.whole(25, 100))
-    stretches = laid(legs, _CAP_M)
-    place = _place("", stretches, [() for _ in legs])
-    if place is None:
+    """A straight way with two or three rooms off it, which the tour goes into."""
+    width = dice.between(1.5, 2.2)
+    (stretch,) = laid([Leg(dice.between(8.0, 13.0), width / 2, width / 2)], _CAP_M)
+    outline = strip([stretch], "plaster")
+    visits: list[Visit] = []
+    along = dice.between(2.5, 3.5)
+    while along < stretch.leg.length - 1.8 and len(visits) < 3:
+        visit = _add_room(dice, outline, stretch, along, dice.side())
+        if visit is not None:
+            visits.append(visit)
+        along += dice.between(2.6, 4.0)
+    if len(visits) < 2:
         return None
-    visits: list[tuple[Visit, ...]] = []
-    for stretch in stretches:
-        along, here = 2.2 + dice.between(0.3, 1.0), list[Visit]()
-        while along < stretch.leg.length - 1.8:
-            visit = _add_room(dice, place.outlines[0], stretch, along, dice.side())
-            if visit is not None:
-                here.append(visit)
-            along += dice.between(2.6, 4.0)
-        visits.append(tuple(here))
-    if sum(map(len, visits)) < 2:
-        return None
-    count = sum(map(len, visits))
-    turned = _place(f"way of {width:g} m width, {count} rooms off it, bends of {_angles(legs)}", stretches, visits)
-    return turned and replace(place, about=turned.about, tour=turned.tour)
+    place = _place(f"way of {width:g} m width, {len(visits)} rooms off it", [stretch], [tuple(visits)])
+    return place and replace(place, outlines=[outline])
 
 
 def _loop(dice: Dice) -> Place | None:
