@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sonarlog.runs import Run
     from sonarlog.sides import RunFile, Version
 
-    Pair = tuple[str, str, str]  # what the comparison is called, and what its sides are
+    Pair = tuple[str, RunFile | Version, RunFile | Version]
 
 
 @click.command("diff")
@@ -93,26 +93,25 @@ def command(
 
 
 def _pairs(files: Sequence[str], against: str | None, algorithms: str | None, algorithm: str | None) -> "list[Pair]":
-    """What is held against what. Raises UsageError."""
+    """What is held against what. Raises UsageError, BadSide."""
+    from sonarlog.sides import RunFile, parse_side, version
+
     if against is not None:
         if algorithms or not files:
             raise click.UsageError("with --against: recordings and one revision, such as --against main")
-        asked = f":{algorithm}" if algorithm else ""
-        now = f"@{algorithm}" if algorithm else ""
-        return [(file, f"{file}@git:{against}{asked}", f"{file}{now}") for file in files]
+        parsed = [parse_side(file) for file in files]
+        sides = [version(side.path, algorithm or "") if isinstance(side, RunFile) else side for side in parsed]
+        return [(file, side.at(against), side) for file, side in zip(files, sides, strict=True)]
     if algorithm:
         raise click.UsageError("--algorithm goes with --against; a side names its own: RECORDING@ALGORITHM")
     if algorithms:
         names = [name.strip() for name in algorithms.split(",")]
         if len(files) != 1 or len(names) != 2:
             raise click.UsageError("with --algorithms: one recording and two names, such as --algorithms literal,paper")
-        a, b = (f"{files[0]}@{name}" for name in names)
-        return [(files[0], a, b)]
+        return [(files[0], version(Path(files[0]), names[0]), version(Path(files[0]), names[1]))]
     if len(files) != 2:
-        raise click.UsageError(
-            "which sides? two of them, or recordings with --against REV, or one with --algorithms A,B"
-        )
-    return [(f"{files[0]} {files[1]}", files[0], files[1])]
+        raise click.UsageError("which runs? two, or recordings with --against REV, or one with --algorithms A,B")
+    return [(f"{files[0]} {files[1]}", parse_side(files[0]), parse_side(files[1]))]
 
 
 def _check_files(pairs: "Sequence[Pair]", png: Path | None, *, force: bool) -> None:
@@ -141,15 +140,16 @@ def compared(
     from sonarlog.diff.gate import BadCondition
     from sonarlog.diff.outcome import Outcome, judged
     from sonarlog.errors import SonarlogError
-    from sonarlog.sides import parse_side
+    from sonarlog.sides import Version
 
-    name, *asked = pair
+    name, *sides = pair
+    labels = (sides[0].label, sides[1].label)
+    made = any(isinstance(side, Version) for side in sides) and labels[0] != labels[1]
     try:
-        a, b = (_run(parse_side(side), side, cache, quiet=quiet) for side in asked)
-        written = [side if "@" in side else "" for side in asked]
-        if many or any(written):
-            written = [side if "@" in side else f"{side}@now" for side in asked]
-        report = diff_runs(a, b, asked=(written[0], written[1]), tolerance=tolerance)
+        a, b = (_run(side, cache, quiet=quiet) for side in sides)
+        report = diff_runs(
+            a, b, names=labels if made else None, asked=(str(sides[0]), str(sides[1])), tolerance=tolerance
+        )
         return judged(name, report, gate)
     except BadCondition:
         raise
@@ -159,12 +159,12 @@ def compared(
         return Outcome(name, None, str(error))
 
 
-def _run(side: "RunFile | Version", name: str, cache: "RunCache", *, quiet: bool) -> "Run":
+def _run(side: "RunFile | Version", cache: "RunCache", *, quiet: bool) -> "Run":
     from cli.progress import progress
     from cli.watching import Watch
     from sonarlog.making import run_of
 
-    with progress(f"replaying {name}", quiet=quiet) as advance:
+    with progress(f"replaying {side}", quiet=quiet) as advance:
         return run_of(side, cache, Watch(advance))
 
 

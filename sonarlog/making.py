@@ -10,7 +10,6 @@ from pathlib import Path
 from slam.algorithms import DEFAULT, algorithm
 from sonarlog.cache import RunCache
 from sonarlog.errors import SonarlogError
-from sonarlog.mcap_file import McapReader
 from sonarlog.replay import Watcher, replay
 from sonarlog.revision import HOME, NoSuchCode, code_key, code_of, key_of, replay_with, repository
 from sonarlog.runs import BadRun, Run, read_run
@@ -22,14 +21,12 @@ class CannotReplay(SonarlogError):
 
 
 def run_of(side: RunFile | Version, cache: RunCache, watcher: Watcher | None = None) -> Run:
-    """The run, from its file, from the cache, or made now and kept; a bare recording is replayed as it would be alone.
+    """The run, from its file, from the cache, or made now and kept.
 
     `watcher` follows a replay with the code at hand. Raises what reading and replaying raise, and NoSuchCode.
     """
     if isinstance(side, RunFile):
-        if "recording" not in McapReader(side.path).metadata:
-            return read_run(side.path)
-        side = Version(side.path)
+        return read_run(side.path)
     key = run_key(side)
     kept = cache.get(key)
     if kept is not None:

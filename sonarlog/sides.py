@@ -23,6 +23,14 @@ class RunFile:
 
     path: Path
 
+    def __str__(self) -> str:
+        return str(self.path)
+
+    @property
+    def label(self) -> str:
+        """What tells it from other sides."""
+        return self.path.name
+
 
 @dataclass(frozen=True)
 class Version:
@@ -32,6 +40,20 @@ class Version:
     algorithm: str | None = None
     settings: tuple[tuple[str, object], ...] = ()
     revision: str | None = None
+
+    def __str__(self) -> str:
+        asked = self._asked()
+        return f"{self.recording}@{asked}" if asked else str(self.recording)
+
+    @property
+    def label(self) -> str:
+        """What tells it from other versions: `git:v0.1:paper`; `now` for what the code at hand does by itself."""
+        return self._asked() or "now"
+
+    def _asked(self) -> str:
+        revision = f"git:{self.revision}" if self.revision else ""
+        changes = ",".join(f"{name}={value}" for name, value in self.settings)
+        return ":".join(filter(None, (revision, self.algorithm, changes)))
 
     def at(self, revision: str) -> "Version":
         """The same with the code of another revision."""
@@ -51,6 +73,8 @@ def parse_side(text: str) -> RunFile | Version:
     recording, asked = Path(text[:place]), text[place + 1 :]
     if not recording.is_file():
         raise BadSide(f"there is no recording {recording}")
+    if not asked:
+        raise BadSide(f"{text}: which version? an algorithm, or git:REV")
     return version(recording, asked, text)
 
 
@@ -64,7 +88,7 @@ def version(recording: Path, asked: str, text: str = "") -> Version:
         if not revision:
             raise BadSide(f"{text}: which revision? git:REV, or git:WORKTREE for the files as they are now")
     algorithm, _, changes = rest.partition(":")
-    if "=" in algorithm or (not algorithm and (changes or revision is None)):
+    if "=" in algorithm or (not algorithm and changes):
         raise BadSide(f"{text}: the algorithm comes first, as in {recording}@paper:association.d1_m=0.1")
     return Version(recording, algorithm or None, _settings(changes, text), revision)
 

@@ -1,5 +1,6 @@
 """What many tests start from: a short recording of the embedded robot, made once."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,14 @@ from cli.main import run
 
 ROUTE = "scan; go 0.8; scan; go 0.8; scan"
 SCANS = 3
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Runs made on the way do not go to the user's cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SONARLOG_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -152,14 +152,21 @@ def _weight(change: WallChange) -> float:
     return whole + change.wall.length_m * (1.0 + 10.0 * abs(change.moved_m)) + abs(change.longer_m)
 
 
-def diff_runs(a: Run, b: Run, *, asked: tuple[str, str] = ("", ""), tolerance: Tolerance | None = None) -> Report:
-    """Hold two runs against one another.
+def diff_runs(
+    a: Run,
+    b: Run,
+    *,
+    names: tuple[str, str] | None = None,
+    asked: tuple[str, str] = ("", ""),
+    tolerance: Tolerance | None = None,
+) -> Report:
+    """Hold two runs against one another; `names` tell them apart (None: their algorithms, or files).
 
     Raises NotComparable if they are of recordings of different drives, or if their cells have different sizes, and
     BadRun for values that do not have their digests.
     """
     _check_comparable(a, b)
-    here, there = (Side(run, name, said) for run, name, said in zip((a, b), _names(a, b, asked), asked, strict=True))
+    here, there = (Side(run, name, said) for run, name, said in zip((a, b), names or _names(a, b), asked, strict=True))
     first = first_difference(a, b)
     maps = _same_maps(here, there) if first is None else _maps(here, there)
     return Report(
@@ -245,11 +252,8 @@ def _one_drive(a: Run, b: Run) -> bool:
     return 2 * sum(map(bool, near)) > max(len(a.sweeps), len(b.sweeps))
 
 
-def _names(a: Run, b: Run, asked: tuple[str, str]) -> tuple[str, str]:
-    """What tells the runs apart: what was asked, else their algorithms, else their files."""
-    if all(asked) and asked[0] != asked[1]:
-        short = asked[0].partition("@")[2], asked[1].partition("@")[2]
-        return short if all(short) and short[0] != short[1] else asked
+def _names(a: Run, b: Run) -> tuple[str, str]:
+    """What tells the runs apart: their algorithms, else their files."""
     if a.identity.algorithm != b.identity.algorithm:
         return a.identity.algorithm, b.identity.algorithm
     return a.path.name, b.path.name
