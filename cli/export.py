@@ -46,6 +46,8 @@ def command(file: Path, form: str, which: "WhichPath | None", output: Path | Non
     from sonarlog.export import Asked, export_file
     from sonarlog.exports.files import STDOUT
 
-    made = export_file(Asked(file, form, which, output, force))
-    if made != [STDOUT]:
-        click.echo(", ".join(map(str, made)), err=True)
+    asked = Asked(file, form, which, output, force)
+    for sentence in export_file(asked):
+        click.echo(sentence, err=True)
+    if asked.target != STDOUT:
+        click.echo(", ".join(map(str, asked.made)), err=True)

@@ -62,8 +62,8 @@ class Asked:
         return [self.target, self.target.with_suffix(".pgm")] if self.form == "map" else [self.target]
 
 
-def export_file(asked: Asked) -> list[Path]:
-    """Write a recording or a run in the form that is asked for; the files made.
+def export_file(asked: Asked) -> tuple[str, ...]:
+    """Write a recording or a run in the form that is asked for; in sentences, what is not in it.
 
     Raises NotExported, CannotExport, CannotDraw, and what reading the file raises.
     """
@@ -79,8 +79,10 @@ def export_file(asked: Asked) -> list[Path]:
             f"or the recording as one of {', '.join(OF_A_RECORDING)}"
         )
     check_free(asked.made, force=asked.force)
-    (_run if is_run else _recording)(asked)
-    return asked.made
+    if not is_run:
+        return _recording(asked)
+    _run(asked)
+    return ()
 
 
 def _run(asked: Asked) -> None:
@@ -100,14 +102,14 @@ def _run(asked: Asked) -> None:
         write_lines(lines[asked.form](), asked.target)
 
 
-def _recording(asked: Asked) -> None:
+def _recording(asked: Asked) -> tuple[str, ...]:
     log = read_log(asked.file)
     if asked.form == "map":
         if log.surfaces is None or log.truth is None:
             raise NotExported(f"{asked.file} does not know its true surfaces: replay it, and export the run's map")
         with writing(asked.made):
             write_true_map(log.surfaces, log.truth.pose[:, :2], asked.made[1], asked.target)
-        return
+        return log.missing
     lines: dict[str, Callable[[], Iterable[str]]] = {
         "csv": lambda: csv_lines(log),
         "json": lambda: log_json(log),
@@ -115,3 +117,7 @@ def _recording(asked: Asked) -> None:
         "tum": lambda: log_tum(asked.file, log, asked.which or "odometry"),
     }
     write_lines(lines[asked.form](), asked.target)
+    breaks = int(log.odometry.session.max(initial=0))
+    if asked.form in ("csv", "carmen", "tum") and breaks:
+        return (*log.missing, f"odometry starts anew {breaks} times in {asked.file}; {asked.target} does not say where")
+    return log.missing

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid
@@ -151,6 +150,8 @@ def _has_neighbour(points: Floats, others: Floats) -> Bools:
     """Whether one of the others lies within 10 cm of each point."""
     if len(points) == 0 or len(others) == 0:
         return np.zeros(len(points), dtype=bool)
+    from scipy.spatial import cKDTree  # takes longer to load than most judgements
+
     return np.asarray(cKDTree(others).query(points)[0] <= NEAR_M)
 
 

@@ -6,7 +6,6 @@ Must not know: maps under judgement, files.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from slam.geometry import Bools
 from sonarlog.log import Floats, Ints, Surfaces
@@ -32,6 +31,8 @@ class Raster:
 
     def reached(self, stations: Floats) -> Bools:
         """The cells that can be reached from the stations (n, 2) by their sides, through no wall and out of poles."""
+        from scipy import ndimage  # takes as long to load as numpy
+
         begin = np.zeros_like(self.walls)
         begin[self.cells(stations)] = True
         reached = ndimage.binary_propagation(begin & ~self.walls, mask=~self.walls)

@@ -67,8 +67,8 @@ def raw_path_of(run: Run) -> Floats:
     """Raw odometry at the sweeps (n, 3), laid on the map at the first one."""
     if not run.sweeps:
         return np.zeros((0, 3))
-    first = run.sweeps[0]
-    return placed(pose_rows(sweep.odometry for sweep in run.sweeps), frame_between(first.odometry, first.pose))
+    start = Pose(*path_of(run)[0].tolist())
+    return placed(pose_rows(sweep.odometry for sweep in run.sweeps), frame_between(run.sweeps[0].odometry, start))
 
 
 def panel(run: Run, title: str = "", *, walls: bool = False) -> Panel:
@@ -95,5 +95,5 @@ def draw_runs(runs: Sequence[tuple[str, Run]], path: Path | str, *, force: bool 
 
 def _frame(run: Run) -> Pose:
     """The map's origin in the frame of the truth; without a truth, the map's own."""
-    first = run.sweeps[0]
-    return frame_between(first.pose, first.truth) if first.truth else ORIGIN
+    true = run.sweeps[0].truth
+    return frame_between(Pose(*path_of(run)[0].tolist()), true) if true else ORIGIN
