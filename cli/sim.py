@@ -6,8 +6,9 @@ import click
 
 
 @click.command("sim")
-@click.option("--world", metavar="NAME", help="A built-in world (--list names them), or your own FILE.toml.")
+@click.option("--world", metavar="NAME", help="A built-in world (--list names them), random:7, or your own FILE.toml.")
 @click.option("--list", "list_worlds", is_flag=True, help="Name the built-in worlds and what they are.")
+@click.option("--tour", "show_tour", is_flag=True, help="Print the world's tour, a route for `record`.")
 @click.option("--listen", default="127.0.0.1:8101", show_default=True, metavar="HOST:PORT", help="TCP, one client.")
 @click.option("--pty", "as_pty", is_flag=True, help="A pseudo terminal instead; its path is printed.")
 @click.option("--seed", default=1, show_default=True, help="Which noise, and which errors of odometry.")
@@ -23,7 +24,9 @@ import click
 @click.option("--stuck", default="", metavar="SONAR:MM", help="Sonars that always say the same, such as 2:1500.")
 @click.option("--kick", default="", metavar="KICK", help="Moved unawares once: after=10,turn=3 or after=10,aside=0.2.")
 @click.option("--robot", default="amigo-sh", show_default=True, help="Robot type, or your own FILE.toml.")
-def command(world: str | None, list_worlds: bool, listen: str, as_pty: bool, speed: float, **settings: Any) -> None:
+def command(
+    world: str | None, list_worlds: bool, show_tour: bool, listen: str, as_pty: bool, speed: float, **settings: Any
+) -> None:
     """Be an AmigoBot in a simulated world, for any client that speaks its protocol.
 
     Example: sonarlog sim --world loop --listen 127.0.0.1:8101 --speed 10
@@ -33,6 +36,9 @@ def command(world: str | None, list_worlds: bool, listen: str, as_pty: bool, spe
         return
     if world is None:
         raise click.UsageError("name a world with --world (--list shows them)")
+    if show_tour:
+        _show_tour(world)
+        return
     host, port = _address(listen)
 
     import signal
@@ -55,6 +61,12 @@ def _list() -> None:
 
     for name in built_in():
         click.echo(f"{name:10}{load_world(name).about}")
+
+
+def _show_tour(name: str) -> None:
+    from sonarlog.sim.world import load_world
+
+    click.echo(" ".join(load_world(name).tour.split()))
 
 
 def _say(text: str) -> None:

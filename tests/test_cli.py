@@ -166,6 +166,11 @@ def test_algorithms(capsys: pytest.CaptureFixture[str]) -> None:
     assert "localisation.shift_price = 0.0" in capsys.readouterr().out
 
 
+def test_sim_shows_a_tour(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["sim", "--world", "clutter", "--tour"]) == 0
+    assert capsys.readouterr().out.startswith("repeat 2 (repeat 8 (scan; go 0.8); turn 90;")
+
+
 def test_sim_lists_its_worlds(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["sim", "--list"]) == 0
     names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]

@@ -71,6 +71,7 @@ class Place:
     tour: Tour
     poles: list[tuple[float, float, float]]
     narrow: bool = False
+    glass: tuple[str, ...] = ("silent", "seldom", "narrow")
 
     def edges(self) -> list[Edge]:
         """All pieces of all outlines."""
@@ -120,7 +121,7 @@ def _ways(dice: Dice) -> Place | None:
 def _rooms(dice: Dice) -> Place | None:
     """A straight way with two or three rooms off it, which the tour goes into."""
     width = dice.between(1.5, 2.2)
-    (stretch,) = laid([Leg(dice.between(8.0, 13.0), width / 2, width / 2)], _CAP_M)
+    (stretch,) = laid([Leg(dice.between(9.0, 13.0), width / 2, width / 2)], _CAP_M)
     outline = strip([stretch], "plaster")
     visits: list[Visit] = []
     along = dice.between(2.5, 3.5)
@@ -128,11 +129,12 @@ def _rooms(dice: Dice) -> Place | None:
         visit = _add_room(dice, outline, stretch, along, dice.side())
         if visit is not None:
             visits.append(visit)
-        along += dice.between(2.6, 4.0)
+        along += dice.between(3.2, 4.4)
     if len(visits) < 2:
         return None
     place = _place(f"way of {width:g} m width, {len(visits)} rooms off it", [stretch], [tuple(visits)])
-    return place and replace(place, outlines=[outline])
+    # Between two rooms the way is found by its walls: they have to be heard.
+    return place and replace(place, outlines=[outline], glass=("narrow",))
 
 
 def _loop(dice: Dice) -> Place | None:
@@ -199,8 +201,8 @@ def _place(
 
 def _add_room(dice: Dice, outline: Outline, stretch: Stretch, along: float, side: int) -> Visit | None:
     """Let a room into the wall beside that place of a way; None where there is no wall, or no space behind it."""
-    door, jamb = dice.between(0.95, 1.2), dice.between(0.1, 0.2)
-    size = (dice.between(0.3, 1.6), dice.between(0.3, 1.6), dice.between(2.0, 3.6))
+    door, jamb = dice.between(1.0, 1.3), dice.between(0.1, 0.2)
+    size = (dice.between(0.3, 1.6), dice.between(0.3, 1.6), dice.between(1.6, 2.5))
     half = stretch.leg.left if side > 0 else stretch.leg.right
     middle = stretch.at(along, side * half)
     for n, edge in enumerate(outline):
@@ -266,7 +268,7 @@ def _let_in(dice: Dice, place: Place) -> None:
 def _glaze(dice: Dice, place: Place) -> None:
     """Glass in some walls: of each place one or two sorts. What never answers is short, for robots run into it."""
     share = dice.between(0.0, 0.6)
-    sorts = [("silent", "seldom", "narrow")[dice.whole(0, 2)] for _ in range(dice.whole(1, 2))]
+    sorts = [place.glass[dice.whole(0, len(place.glass) - 1)] for _ in range(dice.whole(1, 2))]
     for outline in place.outlines[:2]:
         for edge in list(outline):
             if edge.length < 1.6 or edge.material != "plaster" or not dice.chance(share):
