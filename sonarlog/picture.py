@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from slam.geometry import Segment
+from slam.geometry import ORIGIN, Pose, Segment
 from slam.grid import Cells, Grid
+from sonarlog.changes import CHANGES, A, B, change_pixels
 from sonarlog.errors import SonarlogError
+from sonarlog.legend import ROW_PX, Sign, draw_legend, in_rows
 from sonarlog.log import Floats, Surfaces
 
 # Colours that people who see no red or no green can tell apart (Okabe and Ito, 2008).
@@ -26,7 +28,7 @@ SMOOTH = 3
 """Lines are drawn so many times larger and scaled down."""
 LARGEST_CELL_PX = 12
 MARGIN_M = 0.3
-TITLE_PX, GAP_PX, DOTS_PX = 34, 14, 7
+TITLE_PX, GAP_PX, DOTS_PX, DASH_PX = 34, 14, 7, 8
 
 Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -41,6 +43,7 @@ class Panel:
     """One map with what was known and found there, all in the map's frame, metres.
 
     `path` and `odometry` are (n, 2); `surfaces` the true ones, `walls` pieces of wall with the number of their chain.
+    `lay` puts the map's frame on the picture's. With a map `before`, what changed since then is drawn.
     """
 
     title: str
@@ -49,6 +52,8 @@ class Panel:
     odometry: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     surfaces: Surfaces | None = None
     walls: Sequence[tuple[int, Segment]] = ()
+    lay: Pose = ORIGIN
+    before: "Panel | None" = None
 
 
 @dataclass(frozen=True)
@@ -74,12 +79,13 @@ class Window:
         x, y = (turned[:, 0] - self.left) * scale, (self.bottom + self.height - turned[:, 1]) * scale
         return list(zip(x.tolist(), y.tolist(), strict=True))
 
-    def cells(self, grid: Grid) -> Cells:
-        """The grid's log-odds under each pixel, (height, width)."""
+    def cells(self, grid: Grid, lay: Pose = ORIGIN) -> Cells:
+        """The log-odds under each pixel, (height, width), of a grid that `lay` puts on the picture's frame."""
         width, height = self.size
         x = self.left + (np.arange(width) + 0.5) / self.pixels_per_m
         y = self.bottom + self.height - (np.arange(height) + 0.5) / self.pixels_per_m
-        at = np.floor(_turned(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), self.angle) / grid.cell_m)
+        places = _turned(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), self.angle)
+        at = np.floor(lay.step_to(ORIGIN).points(places) / grid.cell_m)
         cells, left, bottom = grid.dense()
         padded = np.pad(cells, 1)  # beyond the grid all is unknown
         column = np.clip(at[:, 0] - left + 1, 0, padded.shape[1] - 1).astype(np.int64)
@@ -90,6 +96,11 @@ class Window:
 def _turned(points: Floats, angle: float) -> Floats:
     sine, cosine = np.sin(angle), np.cos(angle)
     return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]))
+
+
+def states(grid: Grid, cells: Cells) -> Pixels:
+    """Unknown, free and occupied as 0, 1 and 2, rows as they came."""
+    return np.where(grid.occupied(cells), 2, np.where(grid.free(cells), 1, 0)).astype(np.uint8)
 
 
 def shades(grid: Grid, cells: Cells) -> Pixels:
@@ -114,11 +125,13 @@ def draw_maps(panels: Sequence[Panel], path: Path | str, *, force: bool = False)
     drawn = [_draw(panel, window) for panel in panels]
     rows = -(-len(drawn) // columns)
     width, height = drawn[0].size
-    size = (columns * (width + GAP_PX) + GAP_PX, rows * (height + GAP_PX) + GAP_PX + TITLE_PX)
-    sheet = Image.new("RGB", size, "white")
+    below = rows * (height + GAP_PX) + GAP_PX
+    whole = columns * (width + GAP_PX) + GAP_PX
+    legend = in_rows(_signs(panels), whole - GAP_PX)
+    sheet = Image.new("RGB", (whole, below + ROW_PX * len(legend)), "white")
     for k, panel in enumerate(drawn):
         sheet.paste(panel, (GAP_PX + k % columns * (width + GAP_PX), GAP_PX + k // columns * (height + GAP_PX)))
-    _legend(ImageDraw.Draw(sheet), panels, size[1] - TITLE_PX // 2 - GAP_PX // 2)
+    draw_legend(sheet, legend, GAP_PX, below)
     try:
         sheet.save(path, format="PNG")
     except OSError as error:
@@ -170,7 +183,8 @@ def level(points: Floats, path: Floats) -> float:
 def _extent(panel: Panel) -> Floats:
     """Points (n, 2) that a picture has to show."""
     true = panel.surfaces.segments.reshape(-1, 2) if panel.surfaces else np.zeros((0, 2))
-    return np.concatenate([_cells_of(panel, free=True), panel.path, panel.odometry, true])
+    seen = np.concatenate([_cells_of(panel, free=True), panel.path, panel.odometry])
+    return np.concatenate([panel.lay.points(seen), true])
 
 
 def _cells_of(panel: Panel, *, free: bool) -> Floats:
@@ -182,17 +196,20 @@ def _cells_of(panel: Panel, *, free: bool) -> Floats:
 
 
 def _draw(panel: Panel, window: Window) -> Image.Image:
-    body = Image.fromarray(shades(panel.grid, window.cells(panel.grid))).convert("RGB")
+    body = _body(panel, window)
     layer = Image.new("RGBA", (body.width * SMOOTH, body.height * SMOOTH), (0, 0, 0, 0))
     pen = ImageDraw.Draw(layer)
     for chain, wall in panel.walls:
-        _line(pen, window.pixels(np.array([wall.start, wall.end])), chain_colour(chain), 4)
+        _line(pen, window.pixels(panel.lay.points(np.array([wall.start, wall.end]))), chain_colour(chain), 4)
     if panel.surfaces is not None:
         _dotted(pen, panel.surfaces, window)
-    _line(pen, window.pixels(panel.odometry), FAINT, 1.5)
-    _line(pen, window.pixels(panel.path), GREEN, 2.5)
-    for point in window.pixels(panel.path[:1]):
-        _dot(pen, point, GREEN, 5)
+    _line(pen, window.pixels(panel.lay.points(panel.odometry)), FAINT, 1.5)
+    path = window.pixels(panel.lay.points(panel.path))
+    if panel.before is not None:
+        _dashes(pen, window.pixels(panel.before.lay.points(panel.before.path)), A, 2.5)
+    _line(pen, path, GREEN if panel.before is None else B, 2.5)
+    for point in path[:1]:
+        _dot(pen, point, GREEN if panel.before is None else B, 5)
     small = layer.reduce(SMOOTH)
     body.paste(small, (0, 0), small)
     _scale_bar(ImageDraw.Draw(body), window)
@@ -200,6 +217,16 @@ def _draw(panel: Panel, window: Window) -> Image.Image:
     titled.paste(body, (0, TITLE_PX))
     ImageDraw.Draw(titled).text((2, 4), panel.title, fill=INK, font=ImageFont.load_default(size=20))
     return titled
+
+
+def _body(panel: Panel, window: Window) -> Image.Image:
+    """The map's cells, or what changed in them since the map before."""
+    cells = window.cells(panel.grid, panel.lay)
+    if panel.before is None:
+        return Image.fromarray(shades(panel.grid, cells)).convert("RGB")
+    grid = panel.before.grid
+    before = states(grid, window.cells(grid, panel.before.lay))
+    return Image.fromarray(change_pixels(3 * before + states(panel.grid, cells)))
 
 
 def chain_colour(chain: int) -> Colour:
@@ -212,6 +239,15 @@ def chain_colour(chain: int) -> Colour:
 def _line(pen: ImageDraw.ImageDraw, points: list[tuple[float, float]], colour: Colour, width: float) -> None:
     if len(points) > 1:
         pen.line(points, fill=(*colour, 255), width=round(width * SMOOTH), joint="curve")
+
+
+def _dashes(pen: ImageDraw.ImageDraw, points: list[tuple[float, float]], colour: Colour, width: float) -> None:
+    corners = np.array(points).reshape(-1, 2)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    for begin in np.arange(0.0, along[-1], 2 * DASH_PX * SMOOTH):
+        ends = np.array([begin, min(begin + DASH_PX * SMOOTH, along[-1])])
+        x, y = (np.interp(ends, along, corners[:, axis]) for axis in (0, 1))
+        _line(pen, list(zip(x.tolist(), y.tolist(), strict=True)), colour, width)
 
 
 def _dot(pen: ImageDraw.ImageDraw, point: tuple[float, float], colour: Colour, radius: float) -> None:
@@ -242,21 +278,17 @@ def _scale_bar(pen: ImageDraw.ImageDraw, window: Window) -> None:
     pen.text(((x0 + x1) / 2, y - 4), f"{metres} m", fill=INK, font=ImageFont.load_default(size=16), anchor="mb")
 
 
-def _legend(pen: ImageDraw.ImageDraw, panels: Sequence[Panel], y: int) -> None:
-    """What the lines mean, of those that are there."""
-    x, font = GAP_PX, ImageFont.load_default(size=16)
-    for there, colour, text in (
-        (any(len(panel.path) for panel in panels), GREEN, "path, from the dot on"),
-        (any(len(panel.odometry) for panel in panels), FAINT, "raw odometry"),
-        (any(panel.walls for panel in panels), chain_colour(0), "walls, a colour a chain"),
-        (any(panel.surfaces for panel in panels), VERMILLION, "true walls"),
-    ):
-        if not there:
-            continue
-        if colour == VERMILLION:
-            for k in range(4):
-                pen.ellipse((x + 7 * k, y - 2, x + 7 * k + 3, y + 1), fill=colour)
-        else:
-            pen.line([(x, y), (x + 24, y)], fill=colour, width=3)
-        pen.text((x + 32, y), text, fill=INK, font=font, anchor="lm")
-        x += 32 + round(font.getlength(text)) + 28
+def _signs(panels: Sequence[Panel]) -> list[Sign]:
+    """What has to be explained, of what is there."""
+    changes = any(panel.before for panel in panels)
+    single = any(panel.before is None and len(panel.path) for panel in panels)
+    told = (
+        (single, Sign("path, from the dot on", GREEN)),
+        (any(len(panel.odometry) for panel in panels), Sign("raw odometry", FAINT)),
+        (any(panel.walls for panel in panels), Sign("walls, a colour a chain", chain_colour(0))),
+        (any(panel.surfaces for panel in panels), Sign("true walls", VERMILLION, "dots")),
+        (changes, Sign("path of A", A, "dashes")),
+        (changes, Sign("path of B", B)),
+        *((changes, Sign(change.name, change.ground, change=change)) for change in CHANGES),
+    )
+    return [sign for there, sign in told if there]

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -6,6 +7,8 @@ from PIL import Image
 
 from slam.geometry import Pose
 from slam.grid import Cells, Grid, Patch
+from sonarlog.changes import CHANGES, change_pixels, swatch
+from sonarlog.legend import Sign, in_rows
 from sonarlog.log import Surfaces
 from sonarlog.picture import GREEN, VERMILLION, CannotDraw, Panel, draw_maps
 
@@ -84,3 +87,26 @@ def test_a_single_wall_at_an_angle_is_drawn_level(tmp_path: Path) -> None:
     wall = Surfaces("slant", ends.reshape(1, 4), np.zeros((0, 3)))
     width, height = draw_maps([Panel("slant", Grid(0.05, 15, -6), ends, surfaces=wall)], tmp_path / "map.png")
     assert width > 5 * height
+
+
+def test_what_changed_is_drawn_in_colours_and_in_patterns(tmp_path: Path) -> None:
+    before = panel("before")
+    moved = Panel("after", corridor_grid(), np.array([(1.0, 0.0), (9.0, 0.0)]), lay=Pose(1.0, 0.0, 0.0))
+    draw_maps([before, replace(moved, title="difference", before=before)], tmp_path / "map.png")
+    for change in CHANGES:
+        assert pixels_of(tmp_path / "map.png", change.ground) > 20
+        assert pixels_of(tmp_path / "map.png", change.mark) > 20
+    assert change_pixels(np.array([[0, 4, 8]])).tolist() == [[[205] * 3, [255] * 3, [74, 76, 80]]]
+
+
+def test_the_four_changes_are_told_apart_without_colour() -> None:
+    grey = [np.asarray(Image.fromarray(swatch(change, 16, 16)).convert("L")) for change in CHANGES]
+    for k, mine in enumerate(grey):
+        for other in grey[k + 1 :]:
+            assert np.count_nonzero(np.abs(mine.astype(int) - other) > 60) > 30
+
+
+def test_a_legend_goes_on_in_a_second_row() -> None:
+    signs = [Sign("a sign of some length", (0, 0, 0))] * 5
+    assert [len(row) for row in in_rows(signs, 500)] == [2, 2, 1]
+    assert in_rows([], 100) == [[]]
