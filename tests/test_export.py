@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cli.main import run
@@ -46,6 +46,7 @@ rows = st.lists(
 fired = st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 7), st.integers(0, 5000)), max_size=12)
 
 
+@settings(deadline=None, max_examples=50)
 @given(rows, fired)
 def test_every_number_of_a_log_is_in_its_csv(
     tmp_path_factory: pytest.TempPathFactory,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from PIL import Image
@@ -39,6 +39,7 @@ def test_what_is_known_between_in_a_gap_and_outside(at_s: float, known: bool, x:
 places = arrays.arrays(np.float64, (5, 3), elements=st.floats(-3, 3))
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.lists(st.integers(0, 2**60), min_size=5, max_size=5, unique=True), places)
 def test_tum_lines_read_back(tmp_path_factory: pytest.TempPathFactory, times: list[int], poses: np.ndarray) -> None:
     path = tmp_path_factory.getbasetemp() / "back.tum"
