@@ -3,8 +3,9 @@
 Must not know: where the bytes come from, files, commands, what sweeps are. Integers only: its output is replayed.
 """
 
+from array import array
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from slam.sweep import TURN
 from sonarlog.calibration.correction import reckoning
-from sonarlog.log import Floats, Ints, Log, Odometry, Readings, Truth
+from sonarlog.log import Ints, Log, Odometry, Readings, Truth
 from sonarlog.protocol.framing import BadFrame, Frame, Framer, Junk, Piece
 from sonarlog.protocol.packets import Malformed, Packet, Reset, SimStat, Sip, Sync, Unknown, parse_packet
 from sonarlog.robot import Robot
@@ -86,6 +87,9 @@ class WireDecoder:
         self._units = (0, 0, 0)  # odometry unwrapped, in the robot's units
         self._corrected = reckoning(robot.calibration)
         self._last_fired_ns: int | None = None
+        self._nm = round(robot.mm_per_unit * 1e6)
+        self._range_nm = round(robot.range_mm_per_unit * 1e6)
+        self._ages_ms: dict[int, list[int]] = {}  # of the readings of a SIP, by how many there are
 
     def feed(self, t_ns: int, data: bytes) -> list[Sample]:
         """The samples that these bytes complete; `t_ns` is when they came."""
@@ -130,12 +134,13 @@ class WireDecoder:
     def _sip(self, t_ns: int, sip: Sip, sent_ns: int) -> Sample:
         self.counts["sips"] += 1
         self.counts["missing_readings"] += sip.missing
-        note = self._break_or_gap(t_ns, sip, sent_ns)
+        step = (0, 0, 0) if self._last is None else self._step(self._last.sip, sip)
+        note = self._break_or_gap(t_ns, step, sent_ns)
         if self._last is None or self._broken:
             self._session += self._last is not None
             self._last = None
         else:
-            dx, dy, turned = self._step(self._last.sip, sip)
+            dx, dy, turned = step
             x, y, heading = self._units
             self._units = (x + dx, y + dy, heading + turned)
         self._broken = False
@@ -144,11 +149,11 @@ class WireDecoder:
         self._last = _Last(t_ns, sent_ns, sip, pose)
         return Sample(t_ns, sip, self._session, pose, readings, note)
 
-    def _break_or_gap(self, t_ns: int, sip: Sip, sent_ns: int) -> str:
-        """Compare with the SIP before; say what is wrong and mark odometry broken if it cannot go on."""
+    def _break_or_gap(self, t_ns: int, step: tuple[int, int, int], sent_ns: int) -> str:
+        """Look at the step from the SIP before; say what is wrong and mark odometry broken if it cannot go on."""
         if self._last is None or self._broken:
             return ""
-        dx, dy, _ = self._step(self._last.sip, sip)
+        dx, dy, _ = step
         step_mm = max(abs(dx), abs(dy)) * self.robot.mm_per_unit
         # Half a second to spare: packets may have been held up on the line.
         if step_mm * 1_000_000_000 > self.robot.max_velocity_mm_s * (t_ns - self._last.t_ns + 500_000_000):
@@ -173,18 +178,19 @@ class WireDecoder:
 
     def _pose(self) -> Pose:
         x, y, heading = self._units
-        nm = round(self.robot.mm_per_unit * 1e6)
+        nm = self._nm
         turn = self.robot.heading_units_per_turn
         return Pose((x * nm + 500) // 1000, (y * nm + 500) // 1000, (heading * TURN + turn // 2) // turn)
 
     def _readings(self, sent_ns: int, sip: Sip, pose: Pose) -> Iterable[Reading]:
-        nm = round(self.robot.range_mm_per_unit * 1e6)
-        for index, (disc, distance) in enumerate(sip.sonar):
+        nm, count = self._range_nm, len(sip.sonar)
+        if count not in self._ages_ms:
+            self._ages_ms[count] = [firing_age_ms(index, count, self.robot) for index in range(count)]
+        for age_ms, (disc, distance) in zip(self._ages_ms[count], sip.sonar, strict=True):
             if disc >= len(self.robot.sonars):
                 self.counts["bad_discs"] += 1
                 continue
             self.counts["readings"] += 1
-            age_ms = firing_age_ms(index, len(sip.sonar), self.robot)
             fired_ns = sent_ns - age_ms * 1_000_000
             if self._last_fired_ns is not None:  # a burst of SIPs must not turn the order of firing round
                 fired_ns = max(fired_ns, self._last_fired_ns)
@@ -201,11 +207,12 @@ class WireDecoder:
         cycle_ms = self.robot.sip_cycle_ms
         cycles = max(1, (sent_ns - self._last.sent_ns + cycle_ms * 500_000) // (cycle_ms * 1_000_000))
         whole = cycles * cycle_ms
-        x, y, heading = (
-            now - ((now - before) * age_ms + whole // 2) // whole
-            for now, before in zip(pose, self._last.pose, strict=True)
+        (x, y, heading), (x0, y0, heading0), half = pose, self._last.pose, whole // 2
+        return Pose(
+            x - ((x - x0) * age_ms + half) // whole,
+            y - ((y - y0) * age_ms + half) // whole,
+            heading - ((heading - heading0) * age_ms + half) // whole,
         )
-        return Pose(x, y, heading)
 
 
 class _Last(NamedTuple):
@@ -232,21 +239,44 @@ def decode_wire(messages: Iterable[tuple[int, str, bytes]], robot: Robot) -> Log
     Of a robot still open from a client before, what came before the handshake is a session of its own.
     """
     decoder = WireDecoder(robot)
-    samples: list[Sample] = []
+    tables = _Tables()
     for t_ns, direction, data in messages:
         if direction == "rx":
-            samples += decoder.feed(t_ns, data)
-    samples += decoder.finish()
-    sips = [(s.t_ns, *s.pose, s.session) for s in samples if s.pose is not None]
-    fired = [(r.t_ns, r.sonar, r.range_mm, *r.pose, s.session) for s in samples for r in s.readings]
-    truth = [(s.t_ns, true_pose(s.packet)) for s in samples if isinstance(s.packet, SimStat)]
-    return Log(
-        robot,
-        Odometry(*_columns(sips, 5)),
-        Readings(*_columns(fired, 7)),
-        Truth(_columns([(t,) for t, _ in truth], 1)[0], _poses([pose for _, pose in truth])) if truth else None,
-        counts=dict(decoder.counts),
-    )
+            tables.take(decoder.feed(t_ns, data))
+    tables.take(decoder.finish())
+    return Log(robot, tables.odometry(), tables.readings(), tables.truth(), counts=dict(decoder.counts))
+
+
+class _Tables:
+    """What a log keeps of samples, row by row in the least memory: of a day's log the samples themselves fill it."""
+
+    def __init__(self) -> None:
+        self._sips = array("q")
+        self._fired = array("q")
+        self._true_ns = array("q")
+        self._true = array("d")
+
+    def take(self, samples: Iterable[Sample]) -> None:
+        """Add the samples' rows."""
+        for sample in samples:
+            if sample.pose is not None:
+                self._sips.extend((sample.t_ns, *sample.pose, sample.session))
+                for t_ns, sonar, range_mm, pose in sample.readings:
+                    self._fired.extend((t_ns, sonar, range_mm, *pose, sample.session))
+            elif isinstance(sample.packet, SimStat):
+                self._true_ns.append(sample.t_ns)
+                self._true.extend(true_pose(sample.packet))
+
+    def odometry(self) -> Odometry:
+        return Odometry(*_columns(self._sips, 5))
+
+    def readings(self) -> Readings:
+        return Readings(*_columns(self._fired, 7))
+
+    def truth(self) -> Truth | None:
+        """None where no simulator told."""
+        poses = np.array(self._true, dtype=np.float64).reshape(-1, 3)
+        return Truth(np.array(self._true_ns, dtype=np.int64), poses) if self._true_ns else None
 
 
 def true_pose(packet: SimStat) -> tuple[float, float, float]:
@@ -257,10 +287,6 @@ def true_pose(packet: SimStat) -> tuple[float, float, float]:
     return packet.x_mm / 1e3, packet.y_mm / 1e3, packet.heading_deg * (TURN / 360) * RADIANS
 
 
-def _columns(rows: Sequence[tuple[int, ...]], width: int) -> list[Ints]:
-    table = np.array(rows, dtype=np.int64).reshape(-1, width)
+def _columns(values: "array[int]", width: int) -> list[Ints]:
+    table = np.array(values, dtype=np.int64).reshape(-1, width)
     return [np.ascontiguousarray(table[:, column]) for column in range(width)]
-
-
-def _poses(rows: list[tuple[float, float, float]]) -> Floats:
-    return np.array(rows, dtype=np.float64).reshape(-1, 3)

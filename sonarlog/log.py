@@ -96,3 +96,4 @@ class Log:
     events: tuple[Event, ...] = ()
     counts: dict[str, int] = field(default_factory=dict)
     missing: tuple[str, ...] = ()  # what a damaged file no longer holds, in sentences
+    digest: str = ""  # of what was recorded: see `sonarlog.recording.recording_digest`

@@ -19,7 +19,7 @@ from sonarlog.accounting import TWICE, check
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Log, Truth
-from sonarlog.recording import read_log, recording_digest
+from sonarlog.recording import read_log
 from sonarlog.robot import Robot
 from sonarlog.runs import RunWriter, identify
 from sonarlog.sweeps import Cut, CutConfig, cut
@@ -69,7 +69,7 @@ def replay(
     log = read_log(recording, robot)
     sweeps = sweeps_of(log, recording, cutting)
     counts = used_and_left_out(log, sweeps)
-    identity = identify(recording_digest(recording), algorithm, robot)
+    identity = identify(log.digest, algorithm, robot)
     result = RunDigest(identity.asked())
     run = None
     if output is not None:

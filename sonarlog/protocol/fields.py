@@ -3,11 +3,16 @@
 Must not know: which packets there are.
 """
 
+import struct
 from collections.abc import Sequence
+from functools import cache
+from itertools import takewhile
 
 Value = int | str
 Field = tuple[str, str]
 """Name and kind: u8 u16 u32 s8 s16 s32, or str (NUL-terminated)."""
+
+CODES = {"u8": "B", "u16": "H", "u32": "I", "s8": "b", "s16": "h", "s32": "i"}
 
 
 def encode_fields(layout: Sequence[Field], values: Sequence[Value]) -> bytes:
@@ -23,9 +28,11 @@ def encode_fields(layout: Sequence[Field], values: Sequence[Value]) -> bytes:
 
 def parse_fields(layout: Sequence[Field], data: bytes) -> tuple[tuple[Value, ...], bytes]:
     """As many whole fields as `data` holds, and the bytes after them. Never raises."""
-    values: list[Value] = []
-    at = 0
-    for _, kind in layout:
+    layout = tuple(layout)
+    numbers = _numbers(layout, len(data))
+    values: list[Value] = list(numbers.unpack_from(data))
+    at = numbers.size
+    for _, kind in layout[len(values) :]:
         if kind == "str":
             end = data.find(b"\0", at)
             if end < 0:
@@ -39,6 +46,16 @@ def parse_fields(layout: Sequence[Field], data: bytes) -> tuple[tuple[Value, ...
             values.append(int.from_bytes(data[at:end], "little", signed=kind[0] == "s"))
             at = end
     return tuple(values), data[at:]
+
+
+@cache
+def _numbers(layout: tuple[Field, ...], size: int) -> struct.Struct:
+    """The numbers before the layout's first text of which so many bytes hold the whole."""
+    kinds = [kind for _, kind in takewhile(lambda entry: entry[1] != "str", layout)]
+    wholes = (
+        struct.Struct("<" + "".join(CODES[kind] for kind in kinds[:count])) for count in range(len(kinds), -1, -1)
+    )
+    return next(whole for whole in wholes if whole.size <= size)
 
 
 def field_value(layout: Sequence[Field], values: Sequence[Value], name: str) -> Value | None:

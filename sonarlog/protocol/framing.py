@@ -82,11 +82,16 @@ class Framer:
 
     def feed(self, data: bytes, t_ns: int) -> list[Piece]:
         """All pieces that these bytes complete; `t_ns` is when they came."""
+        pieces: list[Piece] = []
+        if not self._buffer:  # as nearly always: whole frames and nothing else
+            frames, taken = _whole_frames(data, t_ns)
+            pieces += frames
+            self._start += taken
+            data = data[taken:]
         if not data:
-            return []
+            return pieces
         self._buffer += data
         self._chunks.append((self._start + len(self._buffer), t_ns))
-        pieces: list[Piece] = []
         while (piece := self._next(t_ns)) is not None:
             pieces.append(piece)
         return pieces
@@ -128,6 +133,19 @@ class Framer:
         del self._buffer[:count]
         self._start += count
         return t_ns, data
+
+
+def _whole_frames(data: bytes, t_ns: int) -> tuple[list[Frame], int]:
+    """The frames that the bytes begin with, and where they end."""
+    frames, at = [], 0
+    while data.startswith(HEADER, at) and len(data) > at + 2 and data[at + 2] in LENGTHS:
+        end = at + data[at + 2] + 3
+        body = data[at + 3 : end - 2]
+        if end > len(data) or checksum(body) != data[end - 2] << 8 | data[end - 1]:
+            break
+        frames.append(Frame(t_ns, body))
+        at = end
+    return frames, at
 
 
 def _next_head(buffer: bytearray, end: int) -> int:
