@@ -15,9 +15,9 @@ from sonarlog.exports.tables import log_json, pose_lines, run_json, wall_lines
 from sonarlog.exports.tum import WhichPath, log_tum, run_tum
 from sonarlog.mcap_file import McapReader
 from sonarlog.recording import read_log
-from sonarlog.replay import sweeps_of
 from sonarlog.runs import read_run
 from sonarlog.scores import draw_runs
+from sonarlog.sweeps import cut
 
 SUFFIXES = {
     "csv": ".csv", "tum": ".tum", "carmen": ".log", "map": ".yaml", "png": ".png", "walls": ".walls.csv",
@@ -113,7 +113,7 @@ def _recording(asked: Asked) -> tuple[str, ...]:
     lines: dict[str, Callable[[], Iterable[str]]] = {
         "csv": lambda: csv_lines(log),
         "json": lambda: log_json(log),
-        "carmen": lambda: carmen_lines(log, sweeps_of(log, asked.file).sweeps),
+        "carmen": lambda: carmen_lines(log, cut(log).sweeps if len(log.odometry.t_ns) else ()),
         "tum": lambda: log_tum(asked.file, log, asked.which or "odometry"),
     }
     write_lines(lines[asked.form](), asked.target)

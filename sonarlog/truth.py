@@ -60,7 +60,7 @@ def reference_of_log(path: Path, log: Log) -> Reference:
     """What a recording knows. Raises NoTruth for one without true poses."""
     if log.truth is None:
         raise NoTruth(f"{path} holds no /truth: only the embedded robot, or a simulator like it, records one")
-    return Reference(str(path), log.truth, log.surfaces, log.odometry)
+    return Reference(str(path), log.truth, log.surfaces, log.odometry if len(log.odometry.t_ns) else None)
 
 
 def read_tum(path: Path) -> Truth:

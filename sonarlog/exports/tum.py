@@ -33,6 +33,8 @@ def run_tum(run: Run, which: WhichPath) -> Iterator[str]:
 def log_tum(path: Path, log: Log, which: WhichPath) -> Iterator[str]:
     """A recording's odometry or truth, a line a pose. Raises NotExported for what it does not hold."""
     if which == "odometry":
+        if len(log.odometry.t_ns) == 0:
+            raise NotExported(f"{path} holds no odometry")
         return tum_lines(log.odometry.t_ns, odometry_at(log.odometry, log.odometry.t_ns))
     if which != "truth":
         raise NotExported(f"{path} is a recording, which has no {which} path: replay it and export the run")
