@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 @click.option(
     "--fail-on", "conditions", multiple=True, metavar="COND…", help="Exit with 1 only if this holds, as 'ate>+5%'."
 )
-@click.option("--png", type=FILE, help="Also draw both maps side by side, with the true walls if they are known.")
+@click.option("--png", type=FILE, help="Also draw A, B laid on A, and the difference.")
+@click.option("--html", type=FILE, help="Also write a page with maps, walls, plots and the first difference in full.")
 @click.option("--junit", type=FILE, help="Also write the result as JUnit XML, for CI; overwrites.")
 @force
 @as_json
@@ -45,6 +46,7 @@ def command(
     tolerance: str | None,
     conditions: tuple[str, ...],
     png: Path | None,
+    html: Path | None,
     junit: Path | None,
     force: bool,
     as_json: bool,
@@ -74,7 +76,7 @@ def command(
     gate = [Condition.parse(word) for word in words]
     near = Tolerance.parse(tolerance) if tolerance else None
     pairs = _pairs(files, against, algorithms, algorithm)
-    _check_files(pairs, png, force=force)
+    _check_files(pairs, png, html, force=force)
     cache = RunCache.of(os.environ)
     many = against is not None and len(pairs) > 1
     outcomes = []
@@ -86,8 +88,8 @@ def command(
         from sonarlog.diff.junit import write_junit
 
         write_junit(outcomes, junit)
-    if png is not None and outcomes[0].report is not None:
-        _draw(outcomes[0].report, png, force=force)
+    if outcomes[0].report is not None:
+        _show(outcomes[0].report, png, html, force=force)
     _say(outcomes, many=many, as_json=as_json)
     return 1 if any(outcome.bad for outcome in outcomes) else 0
 
@@ -114,15 +116,18 @@ def _pairs(files: Sequence[str], against: str | None, algorithms: str | None, al
     return [(f"{files[0]} {files[1]}", parse_side(files[0]), parse_side(files[1]))]
 
 
-def _check_files(pairs: "Sequence[Pair]", png: Path | None, *, force: bool) -> None:
-    """What is to be written must not be there yet, and pictures are of two sides. Raises UsageError, CannotDraw."""
-    if png is None:
-        return
-    if len(pairs) > 1:
-        raise click.UsageError("a picture is of one recording: leave --png, or name one recording")
-    from sonarlog.picture import check_free
+def _check_files(pairs: "Sequence[Pair]", png: Path | None, html: Path | None, *, force: bool) -> None:
+    """What is to be written is of two sides and not there yet. Raises UsageError, CannotDraw, CannotWritePage."""
+    if len(pairs) > 1 and (png or html):
+        raise click.UsageError("pictures and pages are of one recording: leave --png and --html, or name one recording")
+    if png is not None:
+        from sonarlog.picture import check_free
 
-    check_free(png, force=force)
+        check_free(png, force=force)
+    if html is not None:
+        from sonarlog.diff_page import check_free as check_page
+
+        check_page(html, force=force)
 
 
 def compared(
@@ -146,7 +151,8 @@ def compared(
     labels = (sides[0].label, sides[1].label)
     made = any(isinstance(side, Version) for side in sides) and labels[0] != labels[1]
     try:
-        a, b = (_run(side, cache, quiet=quiet) for side in sides)
+        a = _run(sides[0], cache, quiet=quiet)
+        b = a if sides[0] == sides[1] else _run(sides[1], cache, quiet=quiet)
         report = diff_runs(
             a, b, names=labels if made else None, asked=(str(sides[0]), str(sides[1])), tolerance=tolerance
         )
@@ -168,11 +174,15 @@ def _run(side: "RunFile | Version", cache: "RunCache", *, quiet: bool) -> "Run":
         return run_of(side, cache, Watch(advance))
 
 
-def _draw(report: "Report", png: Path, *, force: bool) -> None:
-    from sonarlog.scores import draw_runs
+def _show(report: "Report", png: Path | None, html: Path | None, *, force: bool) -> None:
+    if png is not None:
+        from sonarlog.diff_page import draw_difference
 
-    names = [f"{side}  {name}" for side, name in zip("AB", report.names, strict=True)]
-    draw_runs([(names[0], report.a.run), (names[1], report.b.run)], png, force=force)
+        draw_difference(report, png, force=force)
+    if html is not None:
+        from sonarlog.diff_page import write_page
+
+        write_page(report, html, force=force)
 
 
 def _say(outcomes: "Sequence[Outcome]", *, many: bool, as_json: bool) -> None:

@@ -67,8 +67,7 @@ class Report:
     """All levels of the difference between A and B; `first` is None if their results are the same to the bit.
 
     `settings` holds by name what was asked differently (algorithm, code, recording, settings), in A and in B. `cells`
-    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. `truth` is None where none
-    is known. With a `tolerance`, what differs within it counts as the same.
+    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. With a `tolerance`, what differs within it counts as the same.
     """
 
     a: Side
@@ -82,7 +81,6 @@ class Report:
     rooms: RoomChanges
     path: PathChanges
     calibration: tuple[CalibrationChange, ...]
-    truth: Truth | None
     tolerance: Tolerance | None = None
 
     @property
@@ -135,6 +133,11 @@ class Report:
         return headline(self)
 
     @cached_property
+    def truth(self) -> Truth | None:
+        """Both sides against the truth; None where none is known. Found when it is asked for: it takes its time."""
+        return truth_of(self.a.run, self.b.run)
+
+    @cached_property
     def window(self) -> Window:
         """Both maps' cells in one rectangle of A's frame, B's where the alignment lays them: for drawing."""
         return together(self.a.run.grid, self.b.run.grid, self.alignment.pose)
@@ -181,7 +184,6 @@ def diff_runs(
         rooms=maps.rooms,
         path=path_changes(here.path, there.path, maps.alignment.pose),
         calibration=calibration_changes(_calibration(a), _calibration(b)),
-        truth=truth_of(a, b),
         tolerance=tolerance,
     )
 

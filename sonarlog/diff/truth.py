@@ -53,7 +53,8 @@ class Truth:
 
 def truth_of(a: Run, b: Run) -> Truth | None:
     """Both runs against the truth; None unless it is known at every sweep of both."""
-    mine, yours = score(a), score(b)
+    mine = score(a)
+    yours = mine if a is b else score(b)
     if mine is None or yours is None:
         return None
     metrics = (*_path_metrics(mine, yours), *_map_metrics(mine, yours))
