@@ -67,7 +67,8 @@ class Report:
     """All levels of the difference between A and B; `first` is None if their results are the same to the bit.
 
     `settings` holds by name what was asked differently (algorithm, code, recording, settings), in A and in B. `cells`
-    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. With a `tolerance`, what differs within it counts as the same.
+    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. With a `tolerance`, what
+    differs within it counts as the same.
     """
 
     a: Side
