@@ -66,11 +66,12 @@ Part = Plane | Plot | Page | Group
 
 @dataclass(frozen=True)
 class Layout:
-    """Everything that is to be seen, and the timeline it is seen along."""
+    """Everything that is to be seen, and the timeline it is seen along, of which a part may be marked."""
 
     whole: Part
     timeline: str
     following: bool = False
+    selection: tuple[int, int] | None = None
     background: int = UNKNOWN
 
 

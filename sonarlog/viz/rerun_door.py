@@ -75,9 +75,9 @@ class Canvas:
         self._stream.log("map/here", rr.Transform3D(translation=[x, y, 0.0]))
         self._stream.log("map/here/view", rr.Transform3D(mat3x3=self._upright.T), static=True)
 
-    def write(self, path: str, text: str) -> None:
-        """Markdown."""
-        self._stream.log(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
+    def write(self, path: str, text: str, *, always: bool = False) -> None:
+        """Markdown; with `always` it is there at any time."""
+        self._stream.log(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=always)
 
     def say(self, path: str, text: str, level: str) -> None:
         """A line in a list of events."""
@@ -159,10 +159,12 @@ def _archetypes(path: str, shape: Shape) -> list[rr.AsComponents]:
 
 
 def _blueprint(layout: Layout) -> rrb.Blueprint:
+    marked = layout.selection and rrb.components.AbsoluteTimeRange(*layout.selection)
     return rrb.Blueprint(
         _part(layout.whole, [layout.background] * 3),
         rrb.TimePanel(
             timeline=layout.timeline,
+            time_selection=marked,
             state="collapsed",
             fps=4.0,
             play_state="following" if layout.following else "paused",
