@@ -1,7 +1,9 @@
 """sonarlog export."""
 
+import os
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -44,10 +46,16 @@ def command(file: Path, form: str, which: "WhichPath | None", output: Path | Non
       sonarlog export recordings/corridor.mcap --format tum --path truth -o - | head
     """
     from sonarlog.export import Asked, export_file
-    from sonarlog.exports.files import STDOUT
 
-    asked = Asked(file, form, which, output, force)
-    for sentence in export_file(asked):
+    where: Path | TextIO | None = sys.stdout if output == Path("-") else output
+    asked = Asked(file, form, which, where, force)
+    try:
+        missing = export_file(asked)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return
+    for sentence in missing:
         click.echo(sentence, err=True)
-    if asked.target != STDOUT:
+    if asked.made:
         click.echo(", ".join(map(str, asked.made)), err=True)

@@ -6,10 +6,11 @@ docs/export.md says what each form holds and who reads it. Must not know: comman
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 from sonarlog.exports.carmen import carmen_lines
 from sonarlog.exports.csv import csv_lines
-from sonarlog.exports.files import STDOUT, CannotExport, NotExported, check_free, write_lines, writing
+from sonarlog.exports.files import CannotExport, NotExported, check_free, write_lines, writing
 from sonarlog.exports.ros_map import write_map, write_true_map
 from sonarlog.exports.tables import log_json, pose_lines, run_json, wall_lines
 from sonarlog.exports.tum import WhichPath, log_tum, run_tum
@@ -37,19 +38,19 @@ class Asked:
     file: Path
     form: str
     which: WhichPath | None = None
-    output: Path | None = None
+    output: Path | TextIO | None = None
     force: bool = False
 
     def __post_init__(self) -> None:
-        if self.target == STDOUT and self.form in ("map", "png"):
+        if self.form in ("map", "png") and not isinstance(self.target, Path):
             raise CannotExport(f"--format {self.form} is no text: name a file with -o")
-        if self.form == "map" and self.target.suffix not in (".yaml", ".yml"):
-            raise CannotExport(f"{self.target}: the sheet of a map ends in .yaml; its image is put beside it")
+        if self.form == "map" and self.made[0].suffix not in (".yaml", ".yml"):
+            raise CannotExport(f"{self.made[0]}: the sheet of a map ends in .yaml; its image is put beside it")
         if self.which is not None and self.form != "tum":
             raise CannotExport("--path goes with --format tum alone; the other forms hold every path there is")
 
     @property
-    def target(self) -> Path:
+    def target(self) -> Path | TextIO:
         """Where to: as asked, else in the working folder by the file's name."""
         if self.output is not None:
             return self.output
@@ -58,7 +59,9 @@ class Asked:
 
     @property
     def made(self) -> list[Path]:
-        """The files that come of it, the one to open first."""
+        """The files that come of it, the one to open first; none for a stream."""
+        if not isinstance(self.target, Path):
+            return []
         return [self.target, self.target.with_suffix(".pgm")] if self.form == "map" else [self.target]
 
 
@@ -89,9 +92,9 @@ def _run(asked: Asked) -> None:
     run = read_run(asked.file)
     if asked.form == "map":
         with writing(asked.made):
-            write_map(run.grid, asked.made[1], asked.target)
+            write_map(run.grid, asked.made[1], asked.made[0])
     elif asked.form == "png":
-        draw_runs([("", run)], asked.target, force=asked.force)
+        draw_runs([("", run)], asked.made[0], force=asked.force)
     else:
         lines: dict[str, Callable[[], Iterable[str]]] = {
             "csv": lambda: pose_lines(run),
@@ -108,7 +111,7 @@ def _recording(asked: Asked) -> tuple[str, ...]:
         if log.surfaces is None or log.truth is None:
             raise NotExported(f"{asked.file} does not know its true surfaces: replay it, and export the run's map")
         with writing(asked.made):
-            write_true_map(log.surfaces, log.truth.pose[:, :2], asked.made[1], asked.target)
+            write_true_map(log.surfaces, log.truth.pose[:, :2], asked.made[1], asked.made[0])
         return log.missing
     lines: dict[str, Callable[[], Iterable[str]]] = {
         "csv": lambda: csv_lines(log),
@@ -119,5 +122,8 @@ def _recording(asked: Asked) -> tuple[str, ...]:
     write_lines(lines[asked.form](), asked.target)
     breaks = int(log.odometry.session.max(initial=0))
     if asked.form in ("csv", "carmen", "tum") and breaks:
-        return (*log.missing, f"odometry starts anew {breaks} times in {asked.file}; {asked.target} does not say where")
+        return (
+            *log.missing,
+            f"odometry starts anew {breaks} times in {asked.file}; this form cannot say where",
+        )
     return log.missing

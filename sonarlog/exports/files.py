@@ -1,13 +1,11 @@
 """Writing exports: nothing is overwritten unasked, and what cannot be written whole leaves nothing."""
 
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TextIO
 
 from sonarlog.errors import SonarlogError
-
-STDOUT = Path("-")
 
 
 class CannotExport(SonarlogError):
@@ -20,18 +18,18 @@ class NotExported(CannotExport):
 
 def check_free(paths: Sequence[Path], *, force: bool) -> None:
     """Raise CannotExport if one of the files exists and `force` is not given."""
-    taken = [path for path in paths if path != STDOUT and path.exists()]
+    taken = [path for path in paths if path.exists()]
     if taken and not force:
         raise CannotExport(f"{taken[0]} exists and is not overwritten: name another file, or give --force")
 
 
-def write_lines(lines: Iterable[str], path: Path) -> None:
-    """Write a text file, or to stdout for `-`. Raises CannotExport."""
-    if path == STDOUT:
-        sys.stdout.writelines(f"{line}\n" for line in lines)
-        return
-    with writing([path]), path.open("w", encoding="utf-8", newline="\n") as stream:
-        stream.writelines(f"{line}\n" for line in lines)
+def write_lines(lines: Iterable[str], target: Path | TextIO) -> None:
+    """Write a text file, or to a stream that is open already. Raises CannotExport for a file."""
+    if isinstance(target, Path):
+        with writing([target]), target.open("w", encoding="utf-8", newline="\n") as stream:
+            stream.writelines(f"{line}\n" for line in lines)
+    else:
+        target.writelines(f"{line}\n" for line in lines)
 
 
 @contextmanager
