@@ -1,6 +1,7 @@
 """sonarlog calibrate."""
 
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,8 @@ from cli.options import FILE, as_json, force, quiet
 
 if TYPE_CHECKING:
     from sonarlog.calibration.estimate import Found, Parameter
+
+WIDTH = 160  # of a table that goes to a file
 
 
 @click.command("calibrate")
@@ -82,7 +85,7 @@ def _show(found: "Found") -> None:
         column.justify = "right"
     for each in found.parameters:
         table.add_row(each.name, *_numbers(each), each.verdict)
-    Console(soft_wrap=True).print(table)
+    Console(width=None if sys.stdout.isatty() else WIDTH).print(table)
     click.echo(f"{found.arcs} arcs of single sonars on walls, {found.sweeps} sweeps, {found.metres:.1f} m")
 
 

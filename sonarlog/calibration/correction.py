@@ -58,6 +58,8 @@ class Calibration:
     def from_dict(cls, data: Mapping[str, Any], sonars: int) -> "Calibration":
         """Of a robot with so many sonars. Raises ValueError or TypeError."""
         known = [entry.name for entry in fields(cls)]
+        if not isinstance(data, Mapping):
+            raise ValueError(f"calibration is a table, not {data!r}")
         for key in data:
             if key not in known:
                 raise ValueError(f"unknown key {key!r} in its calibration; known are {', '.join(known)}")

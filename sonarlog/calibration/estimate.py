@@ -14,6 +14,7 @@ from sonarlog.calibration.adjustment import DEGREE, RING, SONARS, Adjusted, Prio
 from sonarlog.calibration.correction import Calibration
 from sonarlog.calibration.observations import Stretch, stretches
 from sonarlog.errors import SonarlogError
+from sonarlog.log import Log
 from sonarlog.recording import read_log, recording_digest
 from sonarlog.robot import Robot
 from sonarlog.sweeps import CutConfig, cut
@@ -120,10 +121,10 @@ def calibrate(
 
     Raises CannotCalibrate, and what reading recordings raises.
     """
-    start = robot or _one_robot(recordings)
-    first = start
+    logs = [read_log(path, robot) for path in recordings]
+    first = start = _one_robot(recordings, logs)
     for number in range(ROUNDS):
-        parts, sweeps = _observed(recordings, start, advance, number)
+        parts, sweeps = _observed(recordings, logs, advance, number)
         if not any(len(part.arcs) for part in parts):
             raise CannotCalibrate(
                 f"{_named(recordings)}: no wall was seen from two places: drive between walls, scanning every metre, "
@@ -138,24 +139,26 @@ def calibrate(
             arcs=found.arcs,
             metres=sum(part.metres for part in parts),
         )
-        start = result.calibrated
+        if number + 1 < ROUNDS:
+            start = result.calibrated
+            logs = [read_log(path, start) for path in recordings]
     return result
 
 
-def _one_robot(recordings: Sequence[Path]) -> Robot:
-    robots = [read_log(path).robot for path in recordings]
-    for path, robot in zip(recordings, robots, strict=True):
-        if robot != robots[0]:
+def _one_robot(recordings: Sequence[Path], logs: Sequence[Log]) -> Robot:
+    for path, log in zip(recordings, logs, strict=True):
+        if log.robot != logs[0].robot:
             raise CannotCalibrate(
                 f"{path} and {recordings[0]} are not of the same robot: calibrate one at a time, or say which it is "
                 "with --robot"
             )
-    return robots[0]
+    return logs[0].robot
 
 
-def _observed(recordings: Sequence[Path], robot: Robot, advance: Advance, number: int) -> tuple[list[Stretch], int]:
+def _observed(
+    recordings: Sequence[Path], logs: Sequence[Log], advance: Advance, number: int
+) -> tuple[list[Stretch], int]:
     """All stretches of all recordings, and of how many sweeps."""
-    logs = [read_log(path, robot) for path in recordings]
     cuts = [cut(log, CutConfig(kind="scan")).sweeps for log in logs]
     count = sum(len(sweeps) for sweeps in cuts)
     if count < FEWEST_SWEEPS:

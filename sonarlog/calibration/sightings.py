@@ -10,6 +10,7 @@ from slam.algorithms import algorithm
 from slam.association import WALL, Chains, associate
 from slam.features import extract_features
 from slam.geometry import ORIGIN, Pose, Segment
+from slam.localisation import search
 from slam.reliability import analyse_reliability
 from slam.self_calibration import Calibration, self_calibrate
 from slam.sweep import SonarRing, Sweep
@@ -27,8 +28,7 @@ class Seen:
 
 def walk(sweeps: Sequence[Sweep], ring: SonarRing) -> Iterator[Seen]:
     """The sweeps of one session, each located by the algorithm `paper`."""
-    paper = algorithm("paper")
-    config = paper.config
+    config = algorithm("paper").config
     known, chains = Calibration.unknown(len(ring.mountings)), Chains()
     poses: tuple[Pose, ...] = ()
     last: tuple[Pose, Pose] | None = None  # odometry's, and in the map
@@ -37,7 +37,7 @@ def walk(sweeps: Sequence[Sweep], ring: SonarRing) -> Iterator[Seen]:
         predicted = _predicted(last, calibrated.odometry, calibrated.calibration.rotation_scale)
         features = extract_features(analyse_reliability(calibrated, config.reliability), config.features)
         association = associate(features.walls, chains, poses, predicted, config.association)
-        pose = paper.localise(predicted, association, chains, config.localisation).pose
+        pose = search(predicted, association, chains, config.localisation).pose
         placed = tuple(wall.segment.moved(pose) for wall in features.walls)
         chains = chains.joined(association.chained(placed), len(poses))
         joined = [member.chain for member in chains.members[len(chains.members) - len(placed) :]]
