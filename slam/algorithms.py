@@ -3,15 +3,19 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from slam.association import Association, AssociationConfig, Chains
+from slam import chaining
+from slam.association import Association, AssociationConfig
 from slam.config import Config, configured
 from slam.errors import SlamError
-from slam.features import FeatureConfig
-from slam.geometry import Pose
+from slam.features import FeatureConfig, Wall
+from slam.graph.matching import match
+from slam.graph.smoothing import smooth
 from slam.localisation import Localisation, LocalisationConfig, keep_prediction, search
-from slam.self_calibration import SelfCalibrationConfig
+from slam.self_calibration import Calibrated, Calibration, SelfCalibrationConfig
+from slam.track import Track
 
-Localise = Callable[[Pose, Association, Chains, LocalisationConfig], Localisation]
+Associate = Callable[[Calibrated, tuple[Wall, ...], Track, Config], Association]
+Localise = Callable[[Calibrated, tuple[Wall, ...], Association, Track, Config], tuple[Localisation, Track, Calibration]]
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,7 @@ class Algorithm:
     name: str
     version: int
     about: str
+    associate: Associate
     localise: Localise
     config: Config
 
@@ -29,6 +34,8 @@ class Algorithm:
         return replace(self, config=configured(self.config, settings))
 
 
+FINE = LocalisationConfig(angle_step_deg=0.5, window=51, cell_m=0.01)
+
 ALGORITHMS = {
     algorithm.name: algorithm
     for algorithm in (
@@ -36,14 +43,16 @@ ALGORITHMS = {
             "odometry",
             1,
             "no correction: the robot's own dead reckoning (the paper's figures 8 and 11)",
-            keep_prediction,
+            chaining.associate_chains,
+            chaining.localise_by(keep_prediction),
             Config(self_calibration=SelfCalibrationConfig(fit=False)),
         ),
         Algorithm(
             "literal",
             1,
             "the paper to the letter: every RCD of wall kind, strict minimum over the window",
-            search,
+            chaining.associate_chains,
+            chaining.localise_by(search),
             Config(
                 features=FeatureConfig(only_strong_walls=False),
                 association=AssociationConfig(tell_points=False),
@@ -54,13 +63,22 @@ ALGORITHMS = {
             "paper",
             1,
             "the paper's blocks, but only strong RCDs are walls, points are told from walls, and shifts have a price",
-            search,
+            chaining.associate_chains,
+            chaining.localise_by(search),
             # A search in whole degrees and 5 cm cells leaves half of each; from station to station they add up.
-            Config(localisation=LocalisationConfig(angle_step_deg=0.5, window=51, cell_m=0.01)),
+            Config(localisation=FINE),
+        ),
+        Algorithm(
+            "graph",
+            1,
+            "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
+            match,
+            smooth,
+            Config(localisation=FINE),
         ),
     )
 }
-DEFAULT = "paper"
+DEFAULT = "graph"
 
 
 def algorithm(name: str) -> Algorithm:

@@ -84,11 +84,17 @@ class Link:
 
 @dataclass(frozen=True)
 class Association:
-    """The links found at the predicted pose, the walls without one, and all walls at that pose (map frame)."""
+    """The links found at the predicted pose, the walls without one, and all walls at that pose (map frame).
+
+    `postponed` walls could be either of two things: nothing may join their chains. `pose` is where the links by
+    themselves put the robot, if association had to know.
+    """
 
     links: tuple[Link, ...]
     unlinked: tuple[int, ...]
     predicted: tuple[Segment, ...]
+    postponed: tuple[int, ...] = ()
+    pose: Pose | None = None
 
     def chained(self, walls: tuple[Segment, ...]) -> list[tuple[int | None, int, Segment]]:
         """The walls, as they lie at the corrected pose, each with the chain it joins (None: its own) and its nature."""

@@ -8,6 +8,7 @@ from slam.association import AssociationConfig
 from slam.errors import SlamError
 from slam.features import FeatureConfig
 from slam.frontier import FrontierConfig
+from slam.graph.config import GraphConfig
 from slam.grid import LIMIT
 from slam.localisation import LocalisationConfig
 from slam.reliability import ReliabilityConfig
@@ -29,6 +30,19 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "localisation.angle_step_deg": (0.01, 45.0),
     "localisation.window": (1, 501),
     "localisation.cell_m": (0.001, 1.0),
+    "graph.window": (1, LIMIT),
+    "graph.iterations": (1, LIMIT),
+    "graph.kernel": (0.1, 100.0),
+    "graph.distance_sigma_m": (1e-4, 1.0),
+    "graph.step_sigma_m": (1e-4, 1.0),
+    "graph.slip_turn_deg": (0.001, 45.0),
+    "graph.slip_metre_deg": (0.001, 45.0),
+    "graph.heading_sigma_deg": (0.001, 45.0),
+    "graph.rotation_sigma": (1e-6, 1.0),
+    "graph.scale_sigma": (1e-6, 1.0),
+    "graph.drift_sigma_deg": (1e-4, 45.0),
+    "graph.ring_sigma_deg": (1e-4, 45.0),
+    "graph.match_distance_m": (1e-4, 1.0),
     "map.cell_m": (0.01, 1.0),
     "map.free_from": (-LIMIT, -1),
     "map.occupied_from": (1, LIMIT),
@@ -47,6 +61,7 @@ class Config:
     features: FeatureConfig = field(default_factory=FeatureConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
+    graph: GraphConfig = field(default_factory=GraphConfig)
     map: MapConfig = field(default_factory=MapConfig)
     frontier: FrontierConfig = field(default_factory=FrontierConfig)
 

@@ -25,10 +25,16 @@ class FeatureConfig:
 
 @dataclass(frozen=True)
 class Wall:
-    """A straight wall of the sweep: RCD number `rcd`, as a segment of F."""
+    """A straight wall of the sweep: RCD number `rcd`, as a segment of F, its bearing good to `sigma` rad.
+
+    From `left` to `right` metres of its foot point, along the tangent.
+    """
 
     rcd: int
     segment: Segment
+    sigma: float = 0.0
+    left: float = 0.0
+    right: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,8 @@ def extract_features(reliability: Reliability, config: FeatureConfig) -> Feature
         if corner is not None:
             corners.append(corner)
         elif rcd.strong or not config.only_strong_walls:
-            walls.append(Wall(k, segment(rcd.bearing, rcd.distance, rcd.left, rcd.right)))
+            piece = segment(rcd.bearing, rcd.distance, rcd.left, rcd.right)
+            walls.append(Wall(k, piece, rcd.sigma, rcd.left, rcd.right))
         else:
             narrow.append(k)
     return Features(tuple(walls), tuple(corners), tuple(narrow))

@@ -1,4 +1,6 @@
-"""Small linear systems solved by hand, in one order of operations (no BLAS, no LAPACK)."""
+"""Linear systems solved by hand, in one order of operations (no BLAS, no LAPACK)."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,19 +15,63 @@ def solve_spd(matrix: Floats, right: Floats) -> Floats:
     Raises SlamError where the matrix is not positive definite.
     """
     size = len(right)
-    lower = np.eye(size)
+    left = np.concatenate([matrix, right[:, None]], axis=1)
     diagonal = np.zeros(size)
     for j in range(size):
-        scaled = lower[j, :j] * diagonal[:j]
-        diagonal[j] = matrix[j, j] - dmath.total(scaled * lower[j, :j])
-        if not diagonal[j] > 0.0:
-            raise SlamError(f"normal equations are singular in unknown {j}")
-        for i in range(j + 1, size):
-            lower[i, j] = (matrix[i, j] - dmath.total(lower[i, :j] * scaled)) / diagonal[j]
-    solution = right.copy()
-    for i in range(size):
-        solution[i] -= dmath.total(lower[i, :i] * solution[:i])
-    solution /= diagonal
-    for i in range(size - 1, -1, -1):
-        solution[i] -= dmath.total(lower[i + 1 :, i] * solution[i + 1 :])
+        diagonal[j] = _pivot(left[j, j], j)
+        row = left[j, j + 1 :]
+        left[j + 1 :, j + 1 :] -= (left[j, j + 1 : size] / diagonal[j])[:, None] * row[None, :]
+    solution = left[:, size] / diagonal
+    for j in range(size - 1, 0, -1):
+        solution[:j] -= left[:j, j] / diagonal[:j] * solution[j]
     return solution
+
+
+def solve_blocks(matrix: Floats, right: Floats, size: int, edges: Sequence[set[int]]) -> Floats:
+    """The same for a large matrix, most of which is zero: b blocks of `size` unknowns, then a few that touch all.
+
+    `edges[i]` are the blocks that block i touches. The block that touches fewest others is eliminated first; of
+    several the lowest. `matrix` and `right` are overwritten. Raises SlamError like `solve_spd`.
+    """
+    blocks = len(edges)
+    tail = np.arange(size * blocks, len(right))
+    steps = []
+    for block, neighbours in _elimination(edges):
+        own = np.arange(size * block, size * block + size)
+        others = [size * n + k for n in neighbours for k in range(size)]
+        for k in range(size):
+            rest = np.concatenate([own[k + 1 :], np.array(others, dtype=np.int64), tail])
+            j = own[k]
+            diagonal = _pivot(matrix[j, j], int(j))
+            row = matrix[j, rest]
+            part = row / diagonal
+            matrix[rest[:, None], rest] -= part[:, None] * row[None, :]
+            right[rest] -= part * right[j]
+            steps.append((j, rest, part, diagonal))
+    solution = np.zeros(len(right))
+    solution[tail] = solve_spd(matrix[tail[:, None], tail], right[tail])
+    for j, rest, part, diagonal in reversed(steps):
+        solution[j] = right[j] / diagonal - dmath.total(part * solution[rest])
+    return solution
+
+
+def _elimination(edges: Sequence[set[int]]) -> list[tuple[int, list[int]]]:
+    """In which order to eliminate the blocks, and what each one touches by then (minimum degree)."""
+    touching = [set(neighbours) - {block} for block, neighbours in enumerate(edges)]
+    waiting = dict.fromkeys(range(len(edges)))
+    order = []
+    while waiting:
+        block = min(waiting, key=lambda b: (len(touching[b]), b))
+        neighbours = sorted(touching[block])
+        for n in neighbours:
+            touching[n] |= touching[block]
+            touching[n] -= {n, block}
+        del waiting[block]
+        order.append((block, neighbours))
+    return order
+
+
+def _pivot(value: float, place: int) -> float:
+    if not value > 0.0:
+        raise SlamError(f"normal equations are singular in unknown {place}")
+    return float(value)

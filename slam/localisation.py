@@ -33,6 +33,7 @@ class Localisation:
     """The corrected pose and how it was found: turn ψ and shift from the prediction, and what was left over.
 
     `mean_turn_deg` is the paper's Avg_ang_diff; `d1_before`, `d1_after` are mean distances to the roots in metres.
+    `moved` are earlier sweeps whose poses are known better now, `merged` chains that turned out to be one (kept, gone).
     """
 
     pose: Pose
@@ -42,6 +43,8 @@ class Localisation:
     d1_before: float
     d1_after: float
     walls_used: int
+    moved: tuple[tuple[int, Pose], ...] = ()
+    merged: tuple[tuple[int, int], ...] = ()
 
 
 def keep_prediction(

@@ -4,38 +4,49 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from slam.algorithms import Algorithm
-from slam.association import Association, Chains, associate
+from slam.association import Association, Chains
 from slam.features import Features, extract_features
 from slam.frontier import Decision, next_goal
 from slam.geometry import Pose
 from slam.grid import Grid, Patch
 from slam.localisation import Localisation
 from slam.map_extension import Map, extend_map
+from slam.motion import Wheels
 from slam.post_calibration import Posed, post_calibrate
 from slam.reliability import Reliability, analyse_reliability
 from slam.self_calibration import Calibrated, Calibration, self_calibrate
 from slam.sweep import SonarRing, Sweep
+from slam.track import Track
 
 
 @dataclass(frozen=True)
 class State:
-    """What one sweep hands to the next: the poses found so far, what is known of the robot, chains and map."""
+    """What one sweep hands to the next: the track so far, what is known of the robot, and the map."""
 
-    poses: tuple[Pose, ...]
-    odometry: Pose | None
+    track: Track
+    wheels: Wheels | None
     session: int
     calibration: Calibration
-    chains: Chains
     map: Map
+
+    @property
+    def poses(self) -> tuple[Pose, ...]:
+        """All sweeps' poses as they are known now."""
+        return self.track.poses
+
+    @property
+    def chains(self) -> Chains:
+        """All walls as they are known now."""
+        return self.track.chains
 
     @property
     def grid(self) -> Grid:
         """The occupancy grid so far."""
         return self.map.grid
 
-    def last(self, session: int) -> tuple[Pose | None, Pose] | None:
-        """The last sweep's pose as odometry had it (None: in another session) and in the map; None before the first."""
-        return (self.odometry if session == self.session else None, self.poses[-1]) if self.poses else None
+    def last(self, session: int) -> tuple[Wheels | None, Pose] | None:
+        """The last sweep's odometry (None: of another session) and its pose in the map; None before the first."""
+        return (self.wheels if session == self.session else None, self.poses[-1]) if self.poses else None
 
 
 @dataclass(frozen=True)
@@ -63,11 +74,10 @@ def first_state(ring: SonarRing, algorithm: Algorithm) -> State:
     """Before the first sweep: an empty map, nothing known."""
     grid = algorithm.config.map
     return State(
-        poses=(),
-        odometry=None,
+        track=Track(),
+        wheels=None,
         session=0,
         calibration=Calibration.unknown(len(ring.mountings)),
-        chains=Chains(),
         map=Map(Grid(grid.cell_m, grid.occupied_from, grid.free_from)),
     )
 
@@ -78,14 +88,12 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> S
     calibrated = self_calibrate(sweep, ring, state.last(sweep.session), state.calibration, config.self_calibration)
     reliability = analyse_reliability(calibrated, config.reliability)
     features = extract_features(reliability, config.features)
-    association = associate(features.walls, state.chains, state.poses, calibrated.predicted, config.association)
-    localisation = algorithm.localise(calibrated.predicted, association, state.chains, config.localisation)
+    association = algorithm.associate(calibrated, features.walls, state.track, config)
+    localisation, track, learnt = algorithm.localise(calibrated, features.walls, association, state.track, config)
     posed = post_calibrate(calibrated, reliability, features, localisation.pose)
-    chains = state.chains.joined(association.chained(posed.walls), len(state.poses))
-    poses = (*state.poses, localisation.pose)
-    extended, patch = extend_map(state.map, calibrated, reliability, features, chains, poses, config.map)
+    extended, patch = extend_map(state.map, calibrated, reliability, features, track.chains, track.poses, config.map)
     decision = next_goal(extended.grid, localisation.pose, config.frontier)
-    after = State(poses, calibrated.odometry, sweep.session, calibrated.calibration, chains, extended)
+    after = State(track, calibrated.wheels, sweep.session, learnt, extended)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
 
 

@@ -26,6 +26,9 @@ class ReliabilityConfig:
     driving: DrivingConfig = field(default_factory=DrivingConfig)
     strong_width_deg: float = 18.0
     merged_width_deg: float = 33.0  # no surface answers over more: a wall and what stands at its end
+    bearing_sigma_deg: float = 0.4  # of an RCD that all eight sonars of a ring see
+    narrower_deg: float = 0.5  # an RCD is as wide as the beam, or a little wider than that …
+    wider_deg: float = 3.5  # … or else something next to it shifts one of its edges
     associate_m: float = 0.10
 
 
@@ -34,7 +37,8 @@ class Rcd:
     """A region of constant depth in F: its surface lies at `distance` m along `bearing` rad.
 
     `left` and `right` (m) bound what was seen of a flat surface there, along its tangent; `width` rad is the angle
-    over which it answers, `spread` m the largest deviation of a reading. A strong RCD is as wide as a wall.
+    over which it answers, `spread` m the largest deviation of a reading, `sigma` rad how good the bearing is. A strong
+    RCD is as wide as a wall.
     """
 
     bearing: float
@@ -46,6 +50,7 @@ class Rcd:
     strong: bool
     sonars: int
     readings: tuple[int, ...]
+    sigma: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,7 @@ def analyse_reliability(calibrated: Calibrated, config: ReliabilityConfig) -> Re
                 distance=s.distance,
                 width=0.0,
                 spread=s.spread,
+                sigma=dmath.hypot(s.sigma, config.bearing_sigma_deg * DEGREE),
                 left=s.left,
                 right=s.right,
                 strong=s.sigma <= config.driving.strong_sigma_deg * DEGREE,
@@ -102,12 +108,23 @@ def _rcd(arcs: list[Arc], beams: Beams, config: ReliabilityConfig) -> Rcd:
         distance=distance,
         width=high - low,
         spread=float(np.abs(levels - distance).max()),
+        sigma=_bearing_sigma(high - low, len({arc.sonar for arc in arcs}), beams.half_beam, config),
         left=distance * _tan(first),
         right=distance * _tan(last),
         strong=config.strong_width_deg * DEGREE <= high - low <= config.merged_width_deg * DEGREE,
         sonars=len({arc.sonar for arc in arcs}),
         readings=readings,
     )
+
+
+def _bearing_sigma(width: float, sonars: int, half_beam: float, config: ReliabilityConfig) -> float:
+    """How good a bearing between two edges is, in rad.
+
+    Few sonars fix the edges less well, and what is too wide or too narrow for one surface has an edge of another's.
+    """
+    own = config.bearing_sigma_deg * DEGREE * dmath.sqrt(8.0 / float(sonars))
+    low, high = 2.0 * half_beam - config.narrower_deg * DEGREE, 2.0 * half_beam + config.wider_deg * DEGREE
+    return dmath.hypot(own, max(0.0, low - width, width - high))
 
 
 def _edge(arcs: list[Arc], reference: float, between: list[tuple[float, float]]) -> float:

@@ -13,6 +13,7 @@ from slam.arcs import Arc, ArcConfig, Beams, cluster, find_arcs
 from slam.dmath import DEGREE, PI, Floats
 from slam.geometry import ORIGIN, Pose, wrap
 from slam.linear import solve_spd
+from slam.motion import Motion, WheelErrors, Wheels
 from slam.sweep import TURN, SonarRing, Sweep, SweepKind
 
 
@@ -31,48 +32,65 @@ class SelfCalibrationConfig:
 class Calibration:
     """What is known of the robot so far: true turn = (1 + rotation_scale) × odometry's; mounting errors in rad.
 
-    `normal` (m+1, m+1) and `right` (m+1,) are the normal equations pooled over the sweeps seen.
+    `normal` (m+1, m+1) and `right` (m+1,) are the normal equations pooled over the sweeps seen. What no single sweep
+    shows, localisation may learn: `distance_scale`, `drift` in rad/m, and `ring_bearing` in rad, by which all sonars
+    together are turned against the direction of the drive.
     """
 
     rotation_scale: float
     mounting: tuple[float, ...]
     normal: Floats
     right: Floats
+    distance_scale: float = 0.0
+    drift: float = 0.0
+    ring_bearing: float = 0.0
 
     @classmethod
     def unknown(cls, sonars: int) -> "Calibration":
         """Before the first sweep."""
         return cls(0.0, (0.0,) * sonars, np.zeros((sonars + 1, sonars + 1)), np.zeros(sonars + 1))
 
+    @property
+    def wheels(self) -> WheelErrors:
+        """The errors of odometry."""
+        return WheelErrors(self.rotation_scale, self.distance_scale, self.drift)
+
 
 @dataclass(frozen=True)
 class Calibrated:
     """The sweep as beams in its frame F, and where the robot is thought to be.
 
-    `turn` (n,) is the robot's heading in rad since the reference reading; `odometry` the raw pose of F, `predicted`
-    its place in the map; `too_near` counts readings below the sonar's own minimum, which say nothing.
+    `turn` (n,) is the robot's heading in rad since the reference reading; `wheels` what odometry says, `motion` how it
+    got here from the sweep before (None: nobody knows), `predicted` the place of F in the map; `too_near` counts
+    readings below the sonar's own minimum, which say nothing.
     """
 
     kind: SweepKind
     beams: Beams
     turn: Floats
-    odometry: Pose
+    wheels: Wheels
+    motion: Motion | None
     predicted: Pose
     calibration: Calibration
     too_near: int
+
+    @property
+    def odometry(self) -> Pose:
+        """The raw pose of F."""
+        return self.wheels.pose
 
 
 def self_calibrate(
     sweep: Sweep,
     ring: SonarRing,
-    last: tuple[Pose | None, Pose] | None,
+    last: tuple[Wheels | None, Pose] | None,
     known: Calibration,
     config: SelfCalibrationConfig,
 ) -> Calibrated:
     """Beams of the sweep with the rotation error taken out, and the pose predicted from `last`.
 
-    `last` is the (odometry, map) pose of the sweep before; None puts F at the map's origin. Where odometry is not
-    connected with that sweep's (None) the robot is taken to be where it was.
+    `last` is the odometry of the sweep before and its pose in the map; None puts F at the map's origin. Where odometry
+    is not connected with that sweep's (None) the robot is taken to be where it was.
     """
     raw = _aimed(sweep, ring, known, config)
     if config.fit and sweep.kind == "scan":
@@ -82,9 +100,8 @@ def self_calibrate(
         return replace(raw, predicted=ORIGIN)
     if last[0] is None:
         return replace(raw, predicted=last[1])
-    step = last[0].step_to(raw.odometry)
-    turned = Pose(step.x, step.y, step.theta * (1.0 + known.rotation_scale))
-    return replace(raw, predicted=last[1].compose(turned).quantised())
+    motion = last[0].motion_to(raw.wheels)
+    return replace(raw, motion=motion, predicted=last[1].compose(motion.corrected(known.wheels)).quantised())
 
 
 def _aimed(sweep: Sweep, ring: SonarRing, known: Calibration, config: SelfCalibrationConfig) -> Calibrated:
@@ -99,7 +116,8 @@ def _aimed(sweep: Sweep, ring: SonarRing, known: Calibration, config: SelfCalibr
     dy = (sweep.y_um - sweep.y_um[at]).astype(np.float64) * 1e-6
     mount_x = np.array([m.x for m in ring.mountings])[sweep.sonar]
     mount_y = np.array([m.y for m in ring.mountings])[sweep.sonar]
-    bearing = np.array([m.heading + e for m, e in zip(ring.mountings, known.mounting, strict=True)])[sweep.sonar]
+    off = [e + known.ring_bearing for e in known.mounting]
+    bearing = np.array([m.heading + e for m, e in zip(ring.mountings, off, strict=True)])[sweep.sonar]
     turn_sine, turn_cosine = dmath.sincos(turn)
     origin = np.stack(
         [
@@ -115,7 +133,8 @@ def _aimed(sweep: Sweep, ring: SonarRing, known: Calibration, config: SelfCalibr
         kind=sweep.kind,
         beams=Beams(sweep.sonar, distance, echo, origin, bearing + turn, ring.half_beam),
         turn=turn,
-        odometry=odometry,
+        wheels=Wheels(odometry, *(int(sweep.heading[k]) for k in (0, at, -1))),
+        motion=None,
         predicted=ORIGIN,
         calibration=known,
         too_near=int(np.count_nonzero(near)),
@@ -142,7 +161,7 @@ def _learn(raw: Calibrated, ring: SonarRing, known: Calibration, config: SelfCal
     ridge = normal.copy()
     ridge[np.arange(size), np.arange(size)] += prior
     solution = solve_spd(ridge, right).tolist()
-    return Calibration(solution[0], tuple(solution[1:]), normal, right)
+    return replace(known, rotation_scale=solution[0], mounting=tuple(solution[1:]), normal=normal, right=right)
 
 
 def _weight(sigma: float) -> float:

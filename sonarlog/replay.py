@@ -85,7 +85,7 @@ def replay(
             if watcher:
                 watcher.step(step, truth)
         if writer:
-            writer.finish(result, step.state.grid, counts, log.surfaces)
+            writer.finish(result, step.state, counts, log.surfaces)
     return Replayed(result.result(), len(sweeps.sweeps), counts, log.missing)
 
 

@@ -19,7 +19,7 @@ from slam.association import Chains
 from slam.config import settings
 from slam.geometry import Pose
 from slam.grid import Grid, Patch
-from slam.pipeline import Step
+from slam.pipeline import State, Step
 from sonarlog.canonical import canonical, joined, parted
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
@@ -28,9 +28,10 @@ from sonarlog.mcap_file import McapReader, McapWriter
 from sonarlog.provenance import code_digest, machine_facts
 from sonarlog.robot import Robot
 from sonarlog.run_topics import RunTopics
-from sonarlog.step_data import chains_of, pose_data, pose_of, step_data
+from sonarlog.step_data import chains_of, final_data, final_of, pose_data, pose_of, step_data
 
 SURFACES = "surfaces.json"
+FINAL = "final.json"
 VERSION = 1
 """Of the run file; a reader refuses newer ones by name."""
 
@@ -92,7 +93,11 @@ class SweepResult:
 
 @dataclass(frozen=True)
 class Run:
-    """A run read back."""
+    """A run read back.
+
+    `poses` and `chains` are all sweeps' poses and all walls as they were known at the end; the poses as they were found
+    at the time stand in `sweeps`.
+    """
 
     path: Path
     identity: RunIdentity
@@ -103,6 +108,8 @@ class Run:
     sweeps: tuple[SweepResult, ...]
     grid: Grid
     surfaces: Surfaces | None
+    poses: tuple[Pose, ...]
+    chains: Chains
 
     @cached_property
     def truth(self) -> Truth | None:
@@ -112,11 +119,6 @@ class Run:
         if not known or len(known) < len(poses):
             return None
         return Truth(np.array([sweep.t_ns for sweep in self.sweeps]), np.array(known))
-
-    @cached_property
-    def chains(self) -> Chains:
-        """The walls as they were chained, at the poses at which they joined."""
-        return chains_of([sweep.data for sweep in self.sweeps])
 
 
 def identify(recording_digest: str, algorithm: Algorithm, robot: Robot | None = None) -> RunIdentity:
@@ -173,8 +175,8 @@ class RunWriter:
             state = self._count.to_bytes(4, "little") + canonical(step.state)
             self._writer.write(self._checkpoints, data["t_ns"], state)
 
-    def finish(self, result: RunDigest, grid: Grid, counts: Mapping[str, int], surfaces: Surfaces | None) -> None:
-        """Write the final map, the digests and the metadata."""
+    def finish(self, result: RunDigest, state: State, counts: Mapping[str, int], surfaces: Surfaces | None) -> None:
+        """Write the final map, path and walls, the digests and the metadata."""
         run = {
             "version": str(VERSION),
             "identity": json.dumps(asdict(self._identity), sort_keys=True),
@@ -183,7 +185,8 @@ class RunWriter:
             "map_digest": result.map_digest(),
             "digest": result.result(),
         }
-        self._write_grid(grid)
+        self._write_grid(state.grid)
+        self._writer.attachment(FINAL, "application/json", json.dumps(final_data(state)).encode())
         if surfaces is not None:
             self._writer.attachment(SURFACES, "application/json", surfaces.to_json())
         self._writer.metadata("run", run)
@@ -224,6 +227,11 @@ def read_run(path: Path | str) -> Run:
         raise BadRun(f"{reader.damage[0]}; replay the recording again")
     surfaces = reader.attachments.get(SURFACES)
     records = [json.loads(message.data) for message in reader.stream(["/step"])]
+    final = reader.attachments.get(FINAL)
+    if final is not None:
+        poses, chains = final_of(json.loads(final.data))
+    else:  # runs of the first versions: nothing in them ever moved again
+        poses, chains = tuple(pose_of(record["pose"]) for record in records), chains_of(records)
     return Run(
         path=Path(path),
         identity=RunIdentity(**json.loads(data["identity"])),
@@ -234,6 +242,8 @@ def read_run(path: Path | str) -> Run:
         sweeps=tuple(_sweep_result(record) for record in records),
         grid=_grid(reader),
         surfaces=Surfaces.from_json(surfaces.data) if surfaces else None,
+        poses=poses,
+        chains=chains,
     )
 
 

@@ -54,13 +54,13 @@ def wall_straightness(run: Run, min_length_m: float = 5.0) -> list[MappedWall]:
 
 
 def path_of(run: Run) -> Floats:
-    """The run's poses (n, 3): x m, y m, θ rad in the map."""
-    return pose_rows(sweep.pose for sweep in run.sweeps)
+    """The run's poses (n, 3) as they were known at its end: x m, y m, θ rad in the map."""
+    return pose_rows(run.poses)
 
 
 def online_path_of(run: Run) -> Floats:
     """The run's poses (n, 3) as each was found at its own sweep, before later ones moved it."""
-    return pose_rows(sweep.pose for sweep in run.sweeps)
+    return pose_rows(run.poses)
 
 
 def raw_path_of(run: Run) -> Floats:

@@ -11,7 +11,7 @@ import numpy as np
 from slam.association import Chains, Member
 from slam.frontier import Decision
 from slam.geometry import Pose, Segment
-from slam.pipeline import Step
+from slam.pipeline import State, Step
 from slam.reliability import ALONE, IN_RCD, NEAR_RCD, NO_ECHO
 
 CLASSES = {"no_echo": NO_ECHO, "in_rcd": IN_RCD, "near_rcd": NEAR_RCD, "alone": ALONE}
@@ -35,6 +35,9 @@ def step_data(step: Step, index: int) -> dict[str, Any]:
         "calibration": {
             "rotation_scale": step.calibrated.calibration.rotation_scale,
             "mounting": list(step.calibrated.calibration.mounting),
+            "distance_scale": step.state.calibration.distance_scale,
+            "drift": step.state.calibration.drift,
+            "ring_bearing": step.state.calibration.ring_bearing,
         },
         "rcds": [
             {
@@ -57,6 +60,8 @@ def step_data(step: Step, index: int) -> dict[str, Any]:
             "d1_before": localisation.d1_before,
             "d1_after": localisation.d1_after,
             "walls_used": localisation.walls_used,
+            "moved": [[sweep, *pose_data(pose)] for sweep, pose in localisation.moved],
+            "merged": [list(pair) for pair in localisation.merged],
         },
         "map": {
             "cells_raised": int(np.count_nonzero(step.patch.delta > 0)),
@@ -111,6 +116,34 @@ def _decision(decision: Decision) -> dict[str, Any]:
     }
 
 
+def final_data(state: State) -> dict[str, Any]:
+    """All poses and walls as they are known at the end, in plain values; the inverse is `final_of`."""
+    walls = [
+        {
+            "chain": member.chain,
+            "sweep": member.sweep,
+            "nature": member.nature,
+            "alpha": member.segment.alpha,
+            "rho": member.segment.rho,
+            "start": list(member.segment.start),
+            "end": list(member.segment.end),
+        }
+        for member in state.chains.members
+    ]
+    return {"poses": [pose_data(pose) for pose in state.poses], "walls": walls, "roots": list(state.chains.roots)}
+
+
+def final_of(data: Mapping[str, Any]) -> tuple[tuple[Pose, ...], Chains]:
+    """The poses and chains in what `final_data` made."""
+    members = [Member(wall["chain"], wall["sweep"], _segment(wall), wall["nature"]) for wall in data["walls"]]
+    return tuple(pose_of(pose) for pose in data["poses"]), Chains(tuple(members), tuple(data["roots"]))
+
+
+def _segment(wall: Mapping[str, Any]) -> Segment:
+    (x0, y0), (x1, y1) = wall["start"], wall["end"]
+    return Segment(wall["alpha"], wall["rho"], (x0, y0), (x1, y1))
+
+
 def chains_of(steps: Sequence[Mapping[str, Any]]) -> Chains:
     """The chains that the walls of these steps make, in the order in which they joined."""
     members: list[Member] = []
@@ -119,7 +152,5 @@ def chains_of(steps: Sequence[Mapping[str, Any]]) -> Chains:
         for wall in step["walls"]:
             if wall["chain"] == len(roots):
                 roots.append(len(members))
-            start, end = wall["start"], wall["end"]
-            segment = Segment(wall["alpha"], wall["rho"], (start[0], start[1]), (end[0], end[1]))
-            members.append(Member(wall["chain"], step["sweep"], segment))
+            members.append(Member(wall["chain"], step["sweep"], _segment(wall)))
     return Chains(tuple(members), tuple(roots))

@@ -50,5 +50,5 @@ def made_run(
     with RunWriter(path, identity) as writer:
         for step, true in zip(pipeline.run(sweeps, RING, chosen), stations, strict=False):
             writer.add(step, result.add(step), result, true if truth else None)
-        writer.finish(result, step.state.grid, {}, SURFACES if truth else None)
+        writer.finish(result, step.state, {}, SURFACES if truth else None)
     return read_run(path)

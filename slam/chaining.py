@@ -1,0 +1,34 @@
+"""Blocks E and F of the paper, sweep after sweep: walls join chains by distance, the pose follows, chains grow."""
+
+from collections.abc import Callable
+
+from slam.association import Association, Chains, associate
+from slam.config import Config
+from slam.features import Wall
+from slam.geometry import Pose
+from slam.localisation import Localisation, LocalisationConfig
+from slam.self_calibration import Calibrated, Calibration
+from slam.track import Track
+
+Search = Callable[[Pose, Association, Chains, LocalisationConfig], Localisation]
+
+
+def associate_chains(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config: Config) -> Association:
+    """Each wall to the chain with the nearest member [III.E]."""
+    return associate(walls, track.chains, track.poses, calibrated.predicted, config.association)
+
+
+def localise_by(
+    search: Search,
+) -> Callable[[Calibrated, tuple[Wall, ...], Association, Track, Config], tuple[Localisation, Track, Calibration]]:
+    """Localisation that finds one pose after the other by `search`; what was found before stays as it was."""
+
+    def localise(
+        calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
+    ) -> tuple[Localisation, Track, Calibration]:
+        found = search(calibrated.predicted, association, track.chains, config.localisation)
+        placed = tuple(wall.segment.moved(found.pose) for wall in walls)
+        chains = track.chains.joined(association.chained(placed), len(track.poses))
+        return found, Track((*track.poses, found.pose), chains), calibrated.calibration
+
+    return localise

@@ -1,0 +1,109 @@
+"""Loop closure: chains that turn out to be one wall become one, if the total error allows it.
+
+A merge is tried, solved and kept or taken back. What two chains were when it failed is not tried again until more was
+seen of them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from slam import dmath
+from slam.association import POINT
+from slam.dmath import DEGREE, Floats
+from slam.geometry import Bools, wrap
+from slam.graph.config import GraphConfig
+from slam.graph.problem import Graph
+from slam.graph.solver import part_from, solve, total_error
+from slam.sweep import Ints
+
+NEAR_M, NEAR_DEG = 0.03, 2.0
+"""How far two chains of one wall may lie apart, and turned, when they were seen at the same time …"""
+AWAY_M, AWAY_DEG = 0.03, 1.0
+"""… and how much more for each √sweep between them."""
+OLD_SWEEPS = 60
+
+
+def merged(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> tuple[Graph, tuple[tuple[int, int], ...]]:
+    """The graph with those of the landmarks just seen that are older ones joined to them, and the pairs (kept, gone).
+
+    `first` is the first sweep that moves at every step; where an older landmark is met again, all since then move.
+    """
+    pairs = []
+    for landmark in touched.tolist():
+        if not graph.alive[landmark]:
+            continue
+        other = _likeliest(graph, landmark, config)
+        if other is None:
+            continue
+        keep, gone = min(landmark, other), max(landmark, other)
+        joined = _joined(graph, keep, gone, first, config)
+        if joined is None:
+            tried = graph.tried.copy()
+            count = graph.counts()
+            tried[gone] = (keep, int(count[keep] + count[gone]))
+            graph = replace(graph, tried=tried)
+        else:
+            graph = joined
+            pairs.append((keep, gone))
+    return graph, tuple(pairs)
+
+
+def _likeliest(graph: Graph, landmark: int, config: GraphConfig) -> int | None:
+    """The landmark of the same nature that lies nearest, near enough to be the same."""
+    count = graph.counts()
+    may = (graph.alive != 0) & (count >= 2) & (graph.nature == graph.nature[landmark])
+    may[landmark] = False
+    if count[landmark] < 2 or not bool(may.any()):
+        return None
+    may &= ~_tried(graph, landmark, count)
+    away = np.sqrt(np.minimum(np.abs(graph.seen - graph.seen[landmark]), OLD_SWEEPS).astype(np.float64))
+    if graph.nature[landmark] == POINT:
+        off = dmath.hypot(*(graph.point - graph.point[landmark]).T)
+    else:
+        off, turned, gap = _between(graph, landmark)
+        may &= (turned <= (NEAR_DEG + AWAY_DEG * away) * DEGREE) & (gap <= config.gap_m)
+        off = off + turned
+    may &= off <= NEAR_M + AWAY_M * away + (0.0 if graph.nature[landmark] == POINT else 0.05)
+    chosen = np.flatnonzero(may)
+    return int(chosen[np.argmin(off[chosen])]) if len(chosen) else None
+
+
+def _tried(graph: Graph, landmark: int, count: Ints) -> Bools:
+    """Which landmarks it was tried with, when not much less was known of both."""
+    known = count + count[landmark] - 4
+    own, seen = graph.tried[landmark]
+    before = (graph.tried[:, 0] == landmark) & (graph.tried[:, 1] >= known)
+    before |= (np.arange(len(count)) == own) & (seen >= known)
+    return np.asarray(before)
+
+
+def _between(graph: Graph, landmark: int) -> tuple[Floats, Floats, Floats]:
+    """From a line's middle to all lines (m,): the distance, the angle, and the gap between their extents."""
+    sine, cosine = dmath.sincos(graph.line[:, 0])
+    low, high = graph.extent[landmark].tolist()
+    s, c, d = float(sine[landmark]), float(cosine[landmark]), float(graph.line[landmark, 1])
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    x = float(graph.anchor[landmark, 0]) + c * d - s * middle
+    y = float(graph.anchor[landmark, 1]) + s * d + c * middle
+    dx, dy = x - graph.anchor[:, 0], y - graph.anchor[:, 1]
+    off = np.abs((cosine * dx + sine * dy) - graph.line[:, 1])
+    along = cosine * dy - sine * dx
+    gap = np.maximum(np.maximum(graph.extent[:, 0] - (along + half), (along - half) - graph.extent[:, 1]), 0.0)
+    return off, np.abs(wrap(graph.line[:, 0] - graph.line[landmark, 0])), gap
+
+
+def _joined(graph: Graph, keep: int, gone: int, first: int, config: GraphConfig) -> Graph | None:
+    """The graph with both as one, or None if that adds more to the total error than it may."""
+    since = min(first, int(graph.sweep[graph.landmark == keep].min()))
+    part = part_from(graph, since)
+    before = solve(graph, part, config) if since < first else graph
+    landmark, alive, seen = before.landmark.copy(), before.alive.copy(), before.seen.copy()
+    landmark[landmark == gone] = keep
+    alive[gone] = 0
+    seen[keep] = max(seen[keep], seen[gone])
+    trial = replace(before, landmark=landmark, alive=alive, seen=seen)
+    as_one = part_from(trial, since)
+    after = solve(trial, as_one, config)
+    added = total_error(after, as_one, config) - total_error(before, part, config)
+    return after if added <= config.merge_margin else None

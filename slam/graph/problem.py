@@ -1,0 +1,139 @@
+"""The least-squares problem: which sweep saw which landmark how, and how poses follow one another.
+
+A landmark is what a chain stands for: a line (α, d), d m along its normal from an anchor on it, or a point (x, y). A
+sighting is the bearing and distance of its foot point (of the point itself) from a pose. Landmark number = chain
+number. Must not know: sweeps, sonars, how the problem is solved.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slam import dmath
+from slam.association import POINT
+from slam.dmath import Floats
+from slam.geometry import Bools, wrap
+from slam.sweep import Ints
+
+ROTATION, DISTANCE, DRIFT, RING = range(4)
+"""The wheels' errors in `Graph.errors`; RING is what all sonars together are turned by."""
+
+
+@dataclass(frozen=True)
+class Graph:
+    """n poses, k sightings, m landmarks; metres and radians in the map frame.
+
+    `poses` (n, 3); `motions` (n, 5) the raw odometry that led to each, as in `Motion`; nobody knows it where `joined`
+    (n,) is 0.
+    Sightings: `sweep`, `landmark` (k,); `bearing`, `distance` with the bearing's own `sigma`; `left`, `right` the
+    extent of what was seen, along the tangent from the foot point.
+    Landmarks: `nature`, `seen` (the last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2)
+    along the tangent from the anchor; `tried` (m, 2) with which older one a merge failed last, and how often both had
+    been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
+    chain, `drawn_as` (k, 2) that chain and its nature.
+    `errors` (4,) the wheels', `rotation_prior` (2,) what each sweep by itself says: mean and σ.
+    """
+
+    poses: Floats
+    motions: Floats
+    joined: Ints
+    sweep: Ints
+    landmark: Ints
+    bearing: Floats
+    distance: Floats
+    sigma: Floats
+    left: Floats
+    right: Floats
+    nature: Ints
+    seen: Ints
+    alive: Ints
+    line: Floats
+    point: Floats
+    anchor: Floats
+    extent: Floats
+    tried: Ints
+    drawn: Floats
+    drawn_as: Ints
+    errors: Floats
+    rotation_prior: Floats
+
+    @classmethod
+    def empty(cls) -> "Graph":
+        """Nothing known."""
+        none, whole = np.zeros(0), np.zeros(0, dtype=np.int64)
+        pairs = np.zeros((0, 2))
+        return cls(
+            np.zeros((0, 3)), np.zeros((0, 5)), whole, whole, whole, none, none, none, none, none,
+            whole, whole, whole, pairs, pairs, pairs, pairs, np.zeros((0, 2), dtype=np.int64), np.zeros((0, 4)),
+            np.zeros((0, 2), dtype=np.int64), np.zeros(4), np.array([0.0, 0.01]),
+        )  # fmt: skip
+
+    def with_rows(self, rows: Mapping[str, object]) -> "Graph":
+        """With one or more rows more in each of the named arrays."""
+        longer = {}
+        for name, more in rows.items():
+            old = getattr(self, name)
+            longer[name] = np.concatenate([old, np.asarray(more, dtype=old.dtype).reshape(-1, *old.shape[1:])])
+        return replace(self, **longer)
+
+    def counts(self) -> Ints:
+        """How often each landmark was seen (m,)."""
+        return np.bincount(self.landmark, minlength=len(self.nature))
+
+    def rows_of(self, chosen: Bools) -> Ints:
+        """The sightings of the chosen landmarks (m,)."""
+        return np.flatnonzero(chosen[self.landmark])
+
+
+@dataclass(frozen=True)
+class Looks:
+    """How r landmarks look from r poses: bearing, distance (r,), and their derivatives by pose and by landmark."""
+
+    bearing: Floats
+    distance: Floats
+    by_pose: Floats  # (r, 2, 3)
+    by_landmark: Floats  # (r, 2, 2)
+
+
+def looks(poses: Floats, is_point: Bools, line: Floats, point: Floats, anchor: Floats, ring: float) -> Looks:
+    """From poses (r, 3) at lines and points (r, 2). A point is at its distance, a line at that of its foot point."""
+    sine, cosine = dmath.sincos(line[:, 0])
+    ax, ay = poses[:, 0] - anchor[:, 0], poses[:, 1] - anchor[:, 1]
+    px, py = point[:, 0] - poses[:, 0], point[:, 1] - poses[:, 1]
+    far = np.maximum(dmath.hypot(px, py), 1e-3)
+    ux, uy = np.where(is_point, px / far, cosine), np.where(is_point, py / far, sine)
+    bearing = np.where(is_point, dmath.atan2(py, px), line[:, 0]) - poses[:, 2] - ring
+    distance = np.where(is_point, far, line[:, 1] - (cosine * ax + sine * ay))
+    zero, one = np.zeros(len(far)), np.ones(len(far))
+    by_pose = [np.where(is_point, uy / far, 0.0), np.where(is_point, -ux / far, 0.0), -one, -ux, -uy, zero]
+    by_landmark = [
+        np.where(is_point, -uy / far, 1.0),
+        np.where(is_point, ux / far, 0.0),
+        np.where(is_point, ux, sine * ax - cosine * ay),
+        np.where(is_point, uy, 1.0),
+    ]
+    shape = (len(far), 2, 3)
+    return Looks(
+        bearing, distance, np.stack(by_pose, axis=1).reshape(shape), np.stack(by_landmark, axis=1).reshape(-1, 2, 2)
+    )
+
+
+def sighting_residuals(graph: Graph, rows: Ints, distance_sigma: float) -> tuple[Floats, Floats, Floats]:
+    """What was measured minus what is expected (r, 2), in standard deviations, and its expectation's derivatives.
+
+    (r, 2, 3) by the pose and (r, 2, 2) by the landmark; by RING it is −1/σ in the bearing.
+    """
+    of = graph.landmark[rows]
+    seen = looks(
+        graph.poses[graph.sweep[rows]],
+        graph.nature[of] == POINT,
+        graph.line[of],
+        graph.point[of],
+        graph.anchor[of],
+        float(graph.errors[RING]),
+    )
+    bearing = wrap(graph.bearing[rows] - seen.bearing) / graph.sigma[rows]
+    distance = (graph.distance[rows] - seen.distance) / distance_sigma
+    scale = np.stack([1.0 / graph.sigma[rows], np.full(len(rows), 1.0 / distance_sigma)], axis=1)[:, :, None]
+    return np.stack([bearing, distance], axis=1), seen.by_pose * scale, seen.by_landmark * scale
