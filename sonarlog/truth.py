@@ -14,8 +14,8 @@ from slam.geometry import Bools
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Ints, Log, Odometry, Surfaces, Truth
 
-LARGEST_GAP_NS = 1_000_000_000
-"""Between true poses further apart than this nothing is known: a robot stops, turns and starts in a second."""
+LARGEST_GAP_NS = 1_200_000_000
+"""Between true poses further apart than this nothing is known: in that time a robot stops or starts. Lean truths come once a second."""
 NEAR_NS = 20_000_000
 """A true pose this near in time stands for the moment itself, as evo has it with its `t_max_diff`."""
 HEADING_RAD = 6.283185307179586 / (1 << 20)
@@ -102,7 +102,7 @@ def _tum_row(path: Path, number: int, words: list[str]) -> tuple[int, tuple[floa
 def poses_at(truth: Truth, t_ns: Ints) -> tuple[Floats, Bools]:
     """True poses (n, 3) at these moments, and which of them are known; the others are 0.
 
-    A moment within 20 ms of a true pose has that one; one between two that are at most a second apart lies on the line
+    A moment within 20 ms of a true pose has that one; one between two that are at most 1.2 s apart lies on the line
     between them.
     """
     after = np.clip(np.searchsorted(truth.t_ns, t_ns), 0, len(truth.t_ns) - 1)
