@@ -15,7 +15,9 @@ from sonarlog.errors import SonarlogError
 from sonarlog.log import Ints, Log, Odometry, Surfaces, Truth
 
 LARGEST_GAP_NS = 1_200_000_000
-"""Between true poses further apart than this nothing is known: in that time a robot stops or starts. Lean truths come once a second."""
+"""Between true poses further apart nothing is known. A robot stops and starts in that time; lean truths come once a
+second.
+"""
 NEAR_NS = 20_000_000
 """A true pose this near in time stands for the moment itself, as evo has it with its `t_max_diff`."""
 HEADING_RAD = 6.283185307179586 / (1 << 20)
