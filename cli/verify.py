@@ -141,6 +141,8 @@ def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) ->
         if revision is None:
             chosen = algorithm(asked.algorithm).configured(asked.config)
             replay(recording, chosen, output, watcher=Watch(advance), robot=asked.given_robot)
+        elif asked.robot is not None:
+            raise click.UsageError(f"{run.path} is of a robot given to it, which --code cannot tell: leave --code out")
         else:
             with code_of(revision) as code:
                 unknown = replay_with(code, recording, asked.algorithm, asked.config, output)
