@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rerun as rr
@@ -154,8 +154,12 @@ def _archetypes(path: str, shape: Shape) -> list[rr.AsComponents]:
     if isinstance(shape, Dots):
         return [rr.Points2D(shape.points, colors=shape.colour, radii=radius(shape.size), draw_order=layer)]
     lines = [np.asarray(line) for line in shape.lines]
-    colours = list(shape.colours) if lines else []
-    return [rr.LineStrips2D(lines, colors=colours, radii=radius(shape.width / 2), draw_order=layer)]
+    style: dict[str, Any] = {
+        "colors": list(shape.colours) if lines else [], "radii": radius(shape.width / 2), "draw_order": layer,
+    }  # fmt: skip
+    if len({len(line) for line in lines}) == 1:  # an array is taken in a quarter of the time of a list
+        return [rr.LineStrips2D(np.stack(lines).astype(np.float32), **style)]
+    return [rr.LineStrips2D(lines, **style)]
 
 
 def _blueprint(layout: Layout) -> rrb.Blueprint:
