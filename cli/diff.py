@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cli.diff_files import Files
 from cli.options import FILE, as_json, force, quiet
+from cli.watching import WINDOW
 
 if TYPE_CHECKING:
     from sonarlog.cache import RunCache
-    from sonarlog.diff import Report, Tolerance
+    from sonarlog.diff import Tolerance
     from sonarlog.diff.gate import Condition
     from sonarlog.diff.outcome import Outcome
     from sonarlog.runs import Run
@@ -34,6 +36,13 @@ if TYPE_CHECKING:
 )
 @click.option("--png", type=FILE, help="Also draw A, B laid on A, and the difference.")
 @click.option("--html", type=FILE, help="Also write a page with maps, walls, plots and the first difference in full.")
+@click.option(
+    "--viz",
+    is_flag=False,
+    flag_value=WINDOW,
+    metavar="[FILE.rrd]",
+    help="Also show A, B and the difference in Rerun's viewer, or save that to a file.",
+)
 @click.option("--junit", type=FILE, help="Also write the result as JUnit XML, for CI; overwrites.")
 @force
 @as_json
@@ -47,6 +56,7 @@ def command(
     conditions: tuple[str, ...],
     png: Path | None,
     html: Path | None,
+    viz: str | None,
     junit: Path | None,
     force: bool,
     as_json: bool,
@@ -70,13 +80,16 @@ def command(
     from sonarlog.diff import Tolerance
     from sonarlog.diff.gate import Condition, is_condition
 
+    if viz not in (None, WINDOW) and not str(viz).endswith(".rrd"):
+        sides, viz = (str(viz), *sides), WINDOW  # `diff --viz A B`
     # `--fail-on A B C`: click gives an option one word; the others come as sides.
     files = [side for side in sides if not (conditions and is_condition(side))]
     words = [*conditions, *(side for side in sides if side not in files)]
     gate = [Condition.parse(word) for word in words]
     near = Tolerance.parse(tolerance) if tolerance else None
     pairs = _pairs(files, against, algorithms, algorithm)
-    _check_files(pairs, png, html, force=force)
+    written = Files(png, html, viz, junit, force)
+    written.check(len(pairs))
     cache = RunCache.of(os.environ)
     many = against is not None and len(pairs) > 1
     outcomes = []
@@ -84,12 +97,7 @@ def command(
         if many and not quiet:
             click.echo(f"{k + 1} of {len(pairs)}: {pair[0]}", err=True)
         outcomes.append(compared(pair, cache, gate, near, many=many, quiet=quiet))
-    if junit is not None:
-        from sonarlog.diff.junit import write_junit
-
-        write_junit(outcomes, junit)
-    if outcomes[0].report is not None:
-        _show(outcomes[0].report, png, html, force=force)
+    written.write(outcomes)
     _say(outcomes, many=many, as_json=as_json)
     return 1 if any(outcome.bad for outcome in outcomes) else 0
 
@@ -116,20 +124,6 @@ def _pairs(files: Sequence[str], against: str | None, algorithms: str | None, al
     return [(f"{files[0]} {files[1]}", parse_side(files[0]), parse_side(files[1]))]
 
 
-def _check_files(pairs: "Sequence[Pair]", png: Path | None, html: Path | None, *, force: bool) -> None:
-    """What is to be written is of two sides and not there yet. Raises UsageError, CannotDraw, CannotWritePage."""
-    if len(pairs) > 1 and (png or html):
-        raise click.UsageError("pictures and pages are of one recording: leave --png and --html, or name one recording")
-    if png is not None:
-        from sonarlog.picture import check_free
-
-        check_free(png, force=force)
-    if html is not None:
-        from sonarlog.diff_page import check_free as check_page
-
-        check_page(html, force=force)
-
-
 def compared(
     pair: "Pair",
     cache: "RunCache",
@@ -148,14 +142,13 @@ def compared(
     from sonarlog.sides import Version
 
     name, *sides = pair
-    labels = (sides[0].label, sides[1].label)
-    made = any(isinstance(side, Version) for side in sides) and labels[0] != labels[1]
+    asked = (str(sides[0]), str(sides[1]))
+    labels = (sides[0].label, sides[1].label) if sides[0].label != sides[1].label else asked
+    names = labels if any(isinstance(side, Version) for side in sides) and labels[0] != labels[1] else None
     try:
         a = _run(sides[0], cache, quiet=quiet)
         b = a if sides[0] == sides[1] else _run(sides[1], cache, quiet=quiet)
-        report = diff_runs(
-            a, b, names=labels if made else None, asked=(str(sides[0]), str(sides[1])), tolerance=tolerance
-        )
+        report = diff_runs(a, b, names=names, asked=asked, tolerance=tolerance)
         return judged(name, report, gate)
     except BadCondition:
         raise
@@ -172,17 +165,6 @@ def _run(side: "RunFile | Version", cache: "RunCache", *, quiet: bool) -> "Run":
 
     with progress(f"replaying {side}", quiet=quiet) as advance:
         return run_of(side, cache, Watch(advance))
-
-
-def _show(report: "Report", png: Path | None, html: Path | None, *, force: bool) -> None:
-    if png is not None:
-        from sonarlog.diff_page import draw_difference
-
-        draw_difference(report, png, force=force)
-    if html is not None:
-        from sonarlog.diff_page import write_page
-
-        write_page(report, html, force=force)
 
 
 def _say(outcomes: "Sequence[Outcome]", *, many: bool, as_json: bool) -> None:

@@ -110,9 +110,8 @@ def find_recording(run: Run, given: Path | None) -> Path:
 
 def compare(run: Run, again: Run) -> Verified:
     """Hold a run against another of the same recording. Raises BadRun for values that do not have their digests."""
-    pairs = list(zip(run.sweeps, again.sweeps, strict=False))
-    off = [(a.pose.step_to(b.pose), a, b) for a, b in pairs]
-    position = max((max(abs(a.pose.x - b.pose.x), abs(a.pose.y - b.pose.y)) for _, a, b in off), default=0.0)
+    off = [(a.step_to(b), a, b) for a, b in zip(run.poses, again.poses, strict=False)]
+    position = max((max(abs(a.x - b.x), abs(a.y - b.y)) for _, a, b in off), default=0.0)
     turned = max((abs(step.theta) for step, _, _ in off), default=0.0)
     table = cell_changes(run.grid, again.grid).table
     return Verified(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cli.main import run as sonarlog
-from slam import pipeline
+from slam import chaining, pipeline
 from slam.association import associate
 from slam.reliability import analyse_reliability
 from slam.sweep import Sweep
@@ -73,7 +73,8 @@ def test_one_ulp_is_found_at_its_sweep_and_block(
     function: str, block: str, sweeps: list[Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = made_run(tmp_path / "a.run.mcap", sweeps=sweeps)
-    monkeypatch.setattr(pipeline, function, planted(getattr(pipeline, function)))
+    module = chaining if function == "associate" else pipeline
+    monkeypatch.setattr(module, function, planted(getattr(module, function)))
     found = compare(run, made_run(tmp_path / "b.run.mcap", sweeps=sweeps))
     assert found.first is not None
     assert (found.first.sweep, found.first.block, found.first.ulps) == (AT, block, 1)
@@ -109,7 +110,7 @@ def test_both_sides_are_written_out_in_full(
     sweeps: list[Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = made_run(tmp_path / "a.run.mcap", sweeps=sweeps)
-    monkeypatch.setattr(pipeline, "associate", planted(associate))
+    monkeypatch.setattr(chaining, "associate", planted(associate))
     found = compare(run, made_run(tmp_path / "b.run.mcap", sweeps=sweeps))
     assert found.first is not None
     paths = dump(found.first, tmp_path / "apart")

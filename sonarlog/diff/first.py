@@ -60,13 +60,23 @@ def first_difference(a: Run, b: Run, sides: tuple[str, str] = ("A", "B")) -> Fir
         for letter in BLOCKS:
             if mine.digests[letter] != yours.digests[letter]:
                 return _difference(a, b, k, letter, sides)
+        if mine.digests.get(MAP) != yours.digests.get(MAP):
+            return _said(k, "H", _of_map(a, b))
     if len(a.sweeps) != len(b.sweeps):
         shorter, longer = sorted((len(a.sweeps), len(b.sweeps)))
         which = sides[0] if len(a.sweeps) == longer else sides[1]
         return _said(shorter, "A", f"only {which} has sweep {shorter} and those after it")
-    if a.map_digest != b.map_digest:  # the same evidence, on another first map
-        return _said(max(0, len(a.sweeps) - 1), "H", "what counts as occupied or free differs")
+    if a.map_digest != b.map_digest:
+        return _said(max(0, len(a.sweeps) - 1), "H", _of_map(a, b))
     return None
+
+
+def _of_map(a: Run, b: Run) -> str:
+    """What differs where the evidence does not."""
+    mine, yours = ((run.grid.occupied_from, run.grid.free_from) for run in (a, b))
+    if mine != yours:
+        return "what counts as occupied or free differs"
+    return "what the cells became differs, though what was added to them does not"
 
 
 def _said(sweep: int, block: str, words: str) -> FirstDifference:

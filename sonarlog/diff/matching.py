@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sonarlog.diff.offsets import offset
 from sonarlog.diff.walls import Wall
 
 MOVED_M = 0.02
@@ -154,16 +155,17 @@ def _off(wall: Wall, alpha: float, at: float) -> float:
 
 def _pair(a: Wall, b: Wall, laid: Wall) -> WallChange:
     across, turn, _, _ = _between(a, laid)
-    longer, turned = b.length_m - a.length_m, float(np.degrees(turn))
+    off = offset(a, laid, a.alpha + 0.5 * turn, (across, turn))
+    longer, turned = b.length_m - a.length_m, float(np.degrees(off.turned_rad))
     # The ends of a short wall say little of its direction.
     least = max(TURNED_DEG, float(np.degrees(2 * MOVED_M / max(0.01, min(a.length_m, b.length_m)))))
     said = {
-        "moved": abs(across) >= MOVED_M,
-        "turned": abs(turned) >= least,
+        "moved": abs(off.moved_m) >= MOVED_M and off.moved,
+        "turned": abs(turned) >= least and off.turned,
         "longer": longer >= LONGER_M,
         "shorter": longer <= -LONGER_M,
     }
-    return WallChange(tuple(k for k in KINDS if said.get(k)), (a,), (b,), across, turned, longer)
+    return WallChange(tuple(k for k in KINDS if said.get(k)), (a,), (b,), off.moved_m, turned, longer)
 
 
 def _kin(wall: Wall, pairs: Sequence[tuple[Wall, Wall]]) -> int | None:

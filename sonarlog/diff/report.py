@@ -151,9 +151,10 @@ class Report:
 
 
 def _weight(change: WallChange) -> float:
-    """How much a change of a wall matters: walls that come and go by their length, then what moved."""
+    """How much a change of a wall matters: walls that come and go, then by length and move; seen once says little."""
+    seen = min(3, *(len(wall.pieces) for wall in (*change.a, *change.b))) / 3
     whole = 10.0 if {"gone", "appeared", "doubled", "single"} & set(change.kinds) else 0.0
-    return whole + change.wall.length_m * (1.0 + 10.0 * abs(change.moved_m)) + abs(change.longer_m)
+    return seen * (whole + change.wall.length_m * (1.0 + 10.0 * abs(change.moved_m)) + abs(change.longer_m))
 
 
 def diff_runs(
@@ -274,6 +275,7 @@ def _identity(run: Run) -> dict[str, Any]:
         "recording": identity.recording_digest,
         "algorithm": f"{identity.algorithm} {identity.algorithm_version}",
         "code": identity.code_digest,
+        **({} if identity.robot is None else {"robot": identity.robot}),
         **identity.config,
     }
 
