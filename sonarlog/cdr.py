@@ -206,6 +206,13 @@ class _Messages:
 
     def write(self, out: bytearray, value: tuple[Any, ...]) -> None:
         COUNT.write(out, len(value))
+        kinds = {codec.ros for _, codec in self.item.fields}
+        if len(kinds) == 1 and isinstance(only := self.item.fields[0][1], _Primitive):  # all in one go
+            if value:
+                out += bytes((4 - len(out)) % only.struct.size)
+                numbers = [getattr(item, name) for item in value for name, _ in self.item.fields]
+                out += struct.pack(f"<{len(numbers)}{PRIMITIVES[only.ros]}", *numbers)
+            return
         for item in value:
             self.item.write(out, item)
 

@@ -1,20 +1,24 @@
 """What a run shows in any viewer: map, paths, frames, walls by chain, readings by class, a line of text a sweep.
 
-Must not know: files, digests' meaning.
+What grows with the log is written whole only when it has grown by a tenth, and at the end; in between only what is new.
+So a long run's sweeps take as much room and time as a short one's. Must not know: files, digests' meaning.
 """
+
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from slam import dmath
+from slam.association import Member
 from slam.geometry import Pose
-from slam.grid import LIMIT, Grid
 from slam.pipeline import Step
 from slam.reliability import NO_ECHO
 from sonarlog import ros2
 from sonarlog.cdr import definition, encode, type_name
 from sonarlog.mcap_file import McapWriter
 from sonarlog.recording.layout import BASE_FRAME, MAP_FRAME, ODOM_FRAME, orientation
-from sonarlog.ros2_markers import DELETE_ALL, LINE_LIST, Marker, MarkerArray
+from sonarlog.ros2_maps import OccupancyGridUpdate
+from sonarlog.ros2_markers import LINE_LIST, Marker, MarkerArray
+from sonarlog.run_map import MapMessages
 
 COLOURS = (  # Okabe and Ito: told apart by colour-blind readers too
     (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.00, 0.62, 0.45), (0.94, 0.89, 0.26),
@@ -24,17 +28,15 @@ COLOURS = (  # Okabe and Ito: told apart by colour-blind readers too
 CHANNELS: dict[str, type] = {
     "/tf": ros2.TFMessage,
     "/map": ros2.OccupancyGrid,
+    "/map_updates": OccupancyGridUpdate,
     "/path": ros2.Path,
     "/path_odometry": ros2.Path,
     "/walls": MarkerArray,
+    "/walls/new": MarkerArray,
     "/walls/points": ros2.PointCloud2,
     "/readings": ros2.PointCloud2,
     "/rosout": ros2.Log,
 }
-
-# Percent of being occupied for log-odds × 10 of −LIMIT..LIMIT; 0 is unknown.
-_PERCENT = np.rint(100.0 / (1.0 + dmath.exp(-np.arange(-LIMIT, LIMIT + 1) / 10.0))).astype(np.int8)
-_PERCENT[LIMIT] = -1
 
 
 class RunTopics:
@@ -43,27 +45,64 @@ class RunTopics:
     def __init__(self, writer: McapWriter) -> None:
         self._writer = writer
         self._channels = {t: writer.channel(t, type_name(kind), definition(kind)) for t, kind in CHANNELS.items()}
-        self._odometry: list[ros2.PoseStamped] = []
-        self._path: list[ros2.PoseStamped] = []
+        self._map = MapMessages()
+        self._stamps: list[ros2.Time] = []
+        self._odometry: list[ros2.Pose] = []
+        self._told: dict[str, int] = {}  # how long each topic's last whole was
+        self._last: Step | None = None
 
     def add(self, step: Step, index: int, chain: str) -> None:
         """Everything of one sweep, stamped with its reference reading's time."""
         t_ns = int(step.sweep.t_ns[step.sweep.reference])
-        stamp = ros2.Time.of(t_ns)
-        header = ros2.Header(stamp, MAP_FRAME)
-        self._path.append(ros2.PoseStamped(header, _ros_pose(step.pose)))
-        self._odometry.append(ros2.PoseStamped(header, _ros_pose(step.calibrated.odometry)))
-        for topic, message in (
-            ("/tf", _frames(step, stamp)),
-            ("/map", _map(step.state.grid, header)),
-            ("/path", ros2.Path(header, tuple(self._path))),
-            ("/path_odometry", ros2.Path(header, tuple(self._odometry))),
-            ("/walls", _walls(step, header)),
-            ("/walls/points", _wall_points(step, header)),
-            ("/readings", _readings(step, header)),
-            ("/rosout", ros2.Log(stamp, ros2.LEVELS["info"], "replay", f"sweep {index}: {told(step)} [{chain}]")),
-        ):
-            self._writer.write(self._channels[topic], t_ns, encode(message))
+        header = ros2.Header(ros2.Time.of(t_ns), MAP_FRAME)
+        members = step.state.chains.members
+        new = members[len(self._last.state.chains.members) if self._last else 0 :]
+        self._last = step
+        self._stamps.append(header.stamp)
+        self._odometry.append(_ros_pose(step.calibrated.odometry))
+        self._write("/tf", t_ns, _frames(step, header.stamp))
+        self._write("/readings", t_ns, _readings(step, header))
+        self._write("/walls/new", t_ns, MarkerArray(tuple(_lines(header, "new", new, step))))
+        for topic, message in self._map.after(step.state.grid, header):
+            self._write(topic, t_ns, message)
+        self._write_wholes(step, header)
+        text = f"sweep {index}: {told(step)} [{chain}]"
+        self._write("/rosout", t_ns, ros2.Log(header.stamp, ros2.LEVELS["info"], "replay", text))
+
+    def finish(self) -> None:
+        """All that was not written whole with the last sweep, as it was then."""
+        if self._last is not None:
+            header = ros2.Header(self._stamps[-1], MAP_FRAME)
+            self._write("/map", header.stamp.ns, self._map.whole(self._last.state.grid, header))
+            self._write_wholes(self._last, header, always=True)
+
+    def _write_wholes(self, step: Step, header: ros2.Header, *, always: bool = False) -> None:
+        """Paths and walls, those that have grown by a tenth."""
+        members = step.state.chains.members
+        wholes: dict[str, tuple[int, Callable[[], object]]] = {
+            "/path": (
+                len(self._stamps),
+                lambda: self._whole_path([_ros_pose(pose) for pose in step.state.poses], header),
+            ),
+            "/path_odometry": (len(self._stamps), lambda: self._whole_path(self._odometry, header)),
+            "/walls": (len(members), lambda: MarkerArray(tuple(_lines(header, "walls", members, step)))),
+            "/walls/points": (len(members), lambda: _wall_points(members, header)),
+        }
+        for topic, (size, made) in wholes.items():
+            before = self._told.get(topic, 0)
+            if always or 10 * abs(size - before) > before:
+                self._told[topic] = size
+                self._write(topic, header.stamp.ns, made())
+
+    def _whole_path(self, poses: Sequence[ros2.Pose], header: ros2.Header) -> ros2.Path:
+        stamped = (
+            ros2.PoseStamped(ros2.Header(stamp, MAP_FRAME), pose)
+            for stamp, pose in zip(self._stamps, poses, strict=True)
+        )
+        return ros2.Path(header, tuple(stamped))
+
+    def _write(self, topic: str, t_ns: int, message: object) -> None:
+        self._writer.write(self._channels[topic], t_ns, encode(message))
 
 
 def told(step: Step) -> str:
@@ -102,28 +141,19 @@ def _frames(step: Step, stamp: ros2.Time) -> ros2.TFMessage:
     )
 
 
-def _map(grid: Grid, header: ros2.Header) -> ros2.OccupancyGrid:
-    cells, left, bottom = grid.dense()
-    height, width = cells.shape
-    corner = ros2.Pose(ros2.Point(left * grid.cell_m, bottom * grid.cell_m))
-    info = ros2.MapMetaData(header.stamp, grid.cell_m, width, height, corner)
-    return ros2.OccupancyGrid(header, info, _PERCENT[cells + LIMIT].tobytes())
-
-
 def _colour(chain: int) -> tuple[float, float, float]:
     return COLOURS[chain % len(COLOURS)]
 
 
-def _walls(step: Step, header: ros2.Header) -> MarkerArray:
-    """Every chain's walls as lines, the roots twice as thick."""
-    chains, roots = step.state.chains, set(step.state.chains.roots)
-    markers = [Marker(header, "walls", 0, LINE_LIST, action=DELETE_ALL)]
-    for number, member in enumerate(chains.members):
-        ends = tuple(ros2.Point(x, y) for x, y in (member.segment.start, member.segment.end))
-        width = 0.06 if number in roots else 0.03
-        colour = ros2.Color(*_colour(member.chain), 1.0)
-        markers.append(Marker(header, "walls", number, LINE_LIST, scale=ros2.Vector3(width), color=colour, points=ends))
-    return MarkerArray(tuple(markers))
+def _lines(header: ros2.Header, space: str, members: Sequence[Member], step: Step) -> Iterator[Marker]:
+    """Walls as lines coloured by chain, the roots twice as thick: a marker of all roots and one of all others."""
+    chains = step.state.chains
+    roots = {id(chains.members[root]) for root in chains.roots}
+    for number, width in enumerate((0.03, 0.06)):
+        chosen = [member for member in members if (id(member) in roots) == bool(number)]
+        ends = tuple(ros2.Point(x, y) for m in chosen for x, y in (m.segment.start, m.segment.end))
+        colours = tuple(ros2.Color(*_colour(m.chain), 1.0) for m in chosen for _ in (0, 1))
+        yield Marker(header, space, number, LINE_LIST, scale=ros2.Vector3(width), points=ends, colors=colours)
 
 
 def _cloud(header: ros2.Header, points: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> ros2.PointCloud2:
@@ -134,15 +164,14 @@ def _cloud(header: ros2.Header, points: np.ndarray[tuple[int, int], np.dtype[np.
     return ros2.PointCloud2(header, 1, len(points), fields, False, 16, len(data), data, True)
 
 
-def _wall_points(step: Step, header: ros2.Header) -> ros2.PointCloud2:
+def _wall_points(members: Sequence[Member], header: ros2.Header) -> ros2.PointCloud2:
     """Nine points on every wall, valued by its chain: for viewers that draw clouds but no markers."""
+    ends = np.array([(*member.segment.start, *member.segment.end) for member in members]).reshape(-1, 1, 4)
     part = np.arange(9) / 8.0
-    rows = [np.zeros((0, 4))]
-    for member in step.state.chains.members:
-        (x0, y0), (x1, y1) = member.segment.start, member.segment.end
-        zero = np.zeros(9)
-        rows.append(np.stack([x0 + part * (x1 - x0), y0 + part * (y1 - y0), zero, zero + member.chain], axis=1))
-    return _cloud(header, np.concatenate(rows).astype(np.float32))
+    points = np.zeros((len(members), 9, 4))
+    points[:, :, :2] = ends[:, :, :2] + part[None, :, None] * (ends[:, :, 2:] - ends[:, :, :2])
+    points[:, :, 3] = np.array([member.chain for member in members])[:, None]
+    return _cloud(header, points.reshape(-1, 4).astype(np.float32))
 
 
 def _readings(step: Step, header: ros2.Header) -> ros2.PointCloud2:

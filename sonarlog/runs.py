@@ -185,6 +185,7 @@ class RunWriter:
             "map_digest": result.map_digest(),
             "digest": result.result(),
         }
+        self._topics.finish()
         self._write_grid(state.grid)
         self._writer.attachment(FINAL, "application/json", json.dumps(final_data(state)).encode())
         if surfaces is not None:
