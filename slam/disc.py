@@ -78,3 +78,9 @@ def bins_between(first: float, last: float) -> Ints:
     if end < begin:
         return bins_of(np.array([low + 0.5 * abs(turn)]))
     return np.arange(begin, end + 1) % BINS
+
+
+def bins_about(angles: Floats, half: float) -> Ints:
+    """For each of the angles (n,) the bins (n, m) not farther from it than half an angle."""
+    count = int(half / _STEP)
+    return np.asarray((bins_of(angles)[:, None] + np.arange(-count, count + 1)) % BINS)

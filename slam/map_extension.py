@@ -1,27 +1,31 @@
 """Block H, map extension: the sweep's features and readings as evidence on the occupancy grid [III.H].
 
-A wall marks its segment and frees the fan in front of it. Between two neighbouring members of a chain the wall goes
-on, unless what was seen there speaks against it. Readings of class (ii) sharpen their RCD; those of class (iii) weigh
-little and free only what lies well before them; readings without an echo say nothing, for most specular walls give
-none. Sweeps whose pose has moved since, or whose walls are known better now, are drawn anew.
+A wall marks its segment and frees the fan in front of it, as far as no known wall stands in the way. Between two
+neighbouring members of a chain the wall goes on, and so it does to the corner it ends in, unless what was seen there
+speaks against it. Readings of class (ii) sharpen their RCD; those of class (iii) weigh little and free only what lies
+well before them; readings without an echo say nothing, for most specular walls give none. Sweeps whose pose has moved
+since, or whose walls are known better now, are drawn anew.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from operator import is_
 
 import numpy as np
 
 from slam import dmath
-from slam.association import Chains, Member
-from slam.dmath import DEGREE
-from slam.evidence import Evidence, Layer
+from slam.association import OPEN, Chains, Member
+from slam.cones import render_cones
+from slam.dmath import DEGREE, Floats
+from slam.evidence import NOTHING, Evidence, Layer
 from slam.features import Features
 from slam.geometry import Pose, wrap
 from slam.grid import Grid, Patch
-from slam.links import Gap, gaps
+from slam.links import Spot, chain_gaps, end_gaps
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
 from slam.self_calibration import Calibrated
+from slam.shapes import Shape, shapes_of
 from slam.sight import Sight, sight_of
 from slam.sweep import Ints
 
@@ -30,12 +34,15 @@ from slam.sweep import Ints
 class Painted:
     """A sweep on the map: what it saw, and the pose and the walls that it was drawn with.
 
-    `partners` are the older sweeps whose walls it is linked with, `layer` the evidence that came of it.
+    `shapes` are what it was drawn as, `strokes` (w, 4) its walls among them by their ends, `partners` the older sweeps
+    with whose walls it fills gaps, `layer` the evidence that came of it.
     """
 
     sight: Sight
     pose: Pose
     members: tuple[Member, ...]
+    shapes: tuple[Shape, ...]
+    strokes: Floats
     partners: tuple[int, ...]
     layer: Layer
 
@@ -44,7 +51,8 @@ class Painted:
 class Map:
     """The occupancy grid, and what it takes to draw parts of it again.
 
-    `poses` and `members` are those that it was last held against: what is the same object still has not changed.
+    `poses`, `members` and the natures `told` of chains are those that it was last held against: what is the same object
+    still has not changed.
     """
 
     grid: Grid
@@ -52,6 +60,7 @@ class Map:
     painted: tuple[Painted, ...] = ()
     poses: tuple[Pose, ...] = ()
     members: tuple[Member, ...] = ()
+    told: Mapping[int, int] = field(default_factory=dict)
 
 
 def extend_map(
@@ -72,36 +81,48 @@ def extend_map(
     known = _Known(chains, poses)
     again = _to_repaint(before, known, config)
     sight = sight_of(calibrated, reliability, features, every_beam=config.plain_cone)
-    painted = list(before.painted)
+    painted: list[Painted | None] = [*before.painted, None]
     for k in again:
-        painted[k] = _paint(painted[k].sight, k, known, before.grid, config)
-    painted.append(_paint(sight, len(poses) - 1, known, before.grid, config))
-    evidence = before.evidence.changed(
-        [before.painted[k].layer for k in again], [painted[k].layer for k in (*again, len(poses) - 1)]
-    )
+        painted[k] = None
+    evidence = before.evidence.changed([before.painted[k].layer for k in again], [])
+    grid, _ = evidence.shown(before.evidence, before.grid)
+    for k in (*again, len(poses) - 1):  # one after the other, each as if it came only now
+        drawn = _paint(before.painted[k].sight if k < len(before.painted) else sight, k, known, painted, grid, config)
+        without, painted[k] = evidence, drawn
+        evidence = evidence.changed([], [drawn.layer])
+        grid, _ = evidence.shown(without, grid)
     grid, patch = evidence.shown(before.evidence, before.grid)
-    return Map(grid, evidence, tuple(painted), poses, chains.members), patch
+    return Map(grid, evidence, tuple(each for each in painted if each), poses, chains.members, known.told), patch
 
 
 class _Known:
-    """All poses and walls as known now, the walls by sweep and by chain."""
+    """All poses and walls as known now, the walls by sweep and by chain.
+
+    What one member of a chain tells of its nature holds for all: a point never joins a chain of walls.
+    """
 
     def __init__(self, chains: Chains, poses: tuple[Pose, ...]) -> None:
         self.poses, self.members = poses, chains.members
         sweeps: Ints = np.array([member.sweep for member in chains.members], dtype=np.int64)
         self._borders = [0, *np.cumsum(np.bincount(sweeps, minlength=len(poses))).tolist()]
         self._chains: dict[int, list[Member]] = {}
+        self.told = {member.chain: member.nature for member in chains.members if member.nature != OPEN}
 
     def of_sweep(self, k: int) -> tuple[Member, ...]:
         """The sweep's walls."""
-        return self.members[self._borders[k] : self._borders[k + 1]]
+        return tuple(self._told(member) for member in self.members[self._borders[k] : self._borders[k + 1]])
 
     def of_chain(self, chain: int) -> list[Member]:
         """The chain's members."""
         if not self._chains:
             for member in self.members:
-                self._chains.setdefault(member.chain, []).append(member)
+                self._chains.setdefault(member.chain, []).append(self._told(member))
         return self._chains[chain]
+
+    def _told(self, member: Member) -> Member:
+        if member.nature != OPEN or member.chain not in self.told:
+            return member
+        return replace(member, nature=self.told[member.chain])
 
 
 def _to_repaint(before: Map, known: _Known, config: MapConfig) -> list[int]:
@@ -111,6 +132,9 @@ def _to_repaint(before: Map, known: _Known, config: MapConfig) -> list[int]:
         if not same:
             changed |= {old.sweep, new.sweep}
     changed |= {member.sweep for member in before.members[len(known.members) :]}
+    if before.told != known.told:
+        news = {chain for chain, nature in known.told.items() if before.told.get(chain) != nature}
+        changed |= {member.sweep for member in known.members if member.chain in news}
     moved = {k for k, old in enumerate(before.painted) if k in changed and _moved(old, known, k, config)}
     if not moved:
         return []
@@ -134,11 +158,47 @@ def _differs(new: Member, old: Member, config: MapConfig) -> bool:
     return far or new.nature != old.nature
 
 
-def _paint(sight: Sight, k: int, known: _Known, grid: Grid, config: MapConfig) -> Painted:
-    """Sweep number `k`, drawn as everything is known now."""
-    members = known.of_sweep(k)
-    found: list[Gap] = []
-    for member in members:
-        found += gaps(member, known.of_chain(member.chain), known.poses, config.link_gap_m)
-    layer = render(sight, known.poses[k], members, found, grid, config)
-    return Painted(sight, known.poses[k], members, tuple(gap.sweep for gap in found), layer)
+def _paint(
+    sight: Sight, k: int, known: _Known, painted: Sequence[Painted | None], grid: Grid, config: MapConfig
+) -> Painted:
+    """Sweep number `k`, drawn as everything is known now, among those that are painted already."""
+    pose, members = known.poses[k], known.of_sweep(k)
+    bare = Painted(sight, pose, members, (), np.zeros((0, 4)), (), NOTHING)
+    if len(sight.beams) == 0 and not sight.things:
+        return bare  # a sweep without any echo says nothing, not even where the robot stood
+    if config.plain_cone:
+        return replace(bare, layer=render_cones(sight, pose, config.cell_m))
+    near = [(j, old) for j, old in enumerate(painted) if old and _near(known.poses[j], pose, config)]
+    around = np.concatenate([bare.strokes, *(old.strokes for _, old in near)])
+    shapes = shapes_of(sight, pose, members, around, config.shapes)
+    links = [
+        gap
+        for member in members
+        for gap in chain_gaps(member, known.of_chain(member.chain), known.poses, config.link_gap_m)
+    ]
+    older = [(j, old.shapes) for j, old in near if j < k]
+    walls = [wall for j, seen in (*older, (k, shapes)) for wall in _walls(seen, known.of_sweep(j))]
+    spots = [spot for j, seen in (*older, (k, shapes)) for spot in _spots(seen, j)]
+    ends = end_gaps(walls, spots, k, known.poses, config.ends) if config.end else []
+    return replace(
+        bare,
+        shapes=shapes,
+        strokes=np.array([(*shape.start, *shape.end) for shape in shapes if shape.wall >= 0]).reshape(-1, 4),
+        partners=tuple(gap.sweep for gap in (*links, *ends)),
+        layer=render(sight, pose, members, shapes, links, ends, grid, config),
+    )
+
+
+def _near(one: Pose, other: Pose, config: MapConfig) -> bool:
+    """Whether the same things may be seen from both stations."""
+    return abs(one.x - other.x) < config.around_m and abs(one.y - other.y) < config.around_m
+
+
+def _walls(shapes: tuple[Shape, ...], members: tuple[Member, ...]) -> list[Member]:
+    """The walls that a sweep is drawn with, as they lie now."""
+    return [members[shape.wall] for shape in shapes if 0 <= shape.wall < len(members)]
+
+
+def _spots(shapes: tuple[Shape, ...], sweep: int) -> list[Spot]:
+    """What of the shapes may be the end of a wall."""
+    return [Spot(shape.foot, shape.bearing, sweep) for shape in shapes if not shape.told]

@@ -4,6 +4,7 @@ import numpy as np
 
 from slam import dmath
 from slam.dmath import Floats
+from slam.geometry import Bools
 from slam.grid import Cells
 from slam.sweep import Ints
 
@@ -28,8 +29,11 @@ class Canvas:
         high = np.floor((points.max(axis=0) + margin_m) / cell_m).astype(np.int64) + 1
         return cls(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]), cell_m)
 
-    def clear(self, corners: list[Point], weight: int) -> None:
-        """Free evidence in a convex polygon given in order; one that is not convex is left alone."""
+    def clear(self, corners: list[Point], weight: int, solid: Bools | None = None) -> None:
+        """Free evidence in a convex polygon given in order; one that is not convex is left alone.
+
+        So is one in which something `solid` (height, width) stands.
+        """
         turns = [_turn(corners[i - 2], corners[i - 1], corners[i]) for i in range(len(corners))]
         if not (all(t >= 0.0 for t in turns) or all(t <= 0.0 for t in turns)):
             return
@@ -43,6 +47,8 @@ class Canvas:
         for k, (bx, by) in enumerate(corners):
             ax, ay = corners[k - 1]
             inside &= sign * ((bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax)) >= 0.0
+        if solid is not None and bool((inside & solid[j0:j1, i0:i1]).any()):
+            return
         window = self.free[j0:j1, i0:i1]
         window[inside] = np.minimum(window[inside], -weight)
 
@@ -51,21 +57,31 @@ class Canvas:
         rows, columns = self.cells_along(start, end)
         self.occupied[rows, columns] = np.maximum(self.occupied[rows, columns], weight)
 
-    def hint(self, start: Point, end: Point, weight: int) -> None:
-        """A little occupied evidence along a segment; hints add up."""
-        rows, columns = self.cells_along(start, end)
-        self.hints.reshape(-1)[np.unique(rows * self.width + columns)] += weight
+    def hint(self, starts: tuple[Floats, Floats], ends: tuple[Floats, Floats], weight: int) -> None:
+        """A little occupied evidence along segments given by x and y (n,) of their ends; hints add up."""
+        (x0, y0), (x1, y1) = starts, ends
+        longest = float(dmath.hypot(x1 - x0, y1 - y0).max())
+        steps = int(longest / (0.5 * self.cell_m)) + 1
+        part = np.arange(steps + 1).astype(np.float64)[:, None] / float(steps)
+        rows, columns = self._cells(x0 + part * (x1 - x0), y0 + part * (y1 - y0))
+        number = np.arange(len(x0)) * (self.width * self.height)  # a segment counts once in a cell
+        cells = np.unique(number + rows * self.width + columns) % (self.width * self.height)
+        self.hints += (
+            (weight * np.bincount(cells, minlength=self.hints.size)).reshape(self.hints.shape).astype(np.int16)
+        )
 
     def cells_along(self, start: Point, end: Point) -> tuple[Ints, Ints]:
         """Rows and columns (k,) of the canvas's cells under a segment."""
         length = dmath.hypot(end[0] - start[0], end[1] - start[1])
         steps = int(length / (0.25 * self.cell_m)) + 1
         part = np.arange(steps + 1).astype(np.float64) / float(steps)
-        x = start[0] + part * (end[0] - start[0])
-        y = start[1] + part * (end[1] - start[1])
-        columns = np.clip(np.floor(x / self.cell_m).astype(np.int64) - self.left, 0, self.width - 1)
-        rows = np.clip(np.floor(y / self.cell_m).astype(np.int64) - self.bottom, 0, self.height - 1)
-        return rows, columns
+        return self._cells(start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]))
+
+    def _cells(self, x: Floats, y: Floats) -> tuple[Ints, Ints]:
+        """Rows and columns of the cells that hold the points; of points outside, of the nearest cells."""
+        columns = np.floor(x / self.cell_m).astype(np.int64) - self.left
+        rows = np.floor(y / self.cell_m).astype(np.int64) - self.bottom
+        return np.minimum(np.maximum(rows, 0), self.height - 1), np.minimum(np.maximum(columns, 0), self.width - 1)
 
     def evidence(self) -> Cells:
         """What to add to the map (height, width): where something stands nothing is free."""

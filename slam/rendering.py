@@ -3,135 +3,92 @@
 Must not know: other sweeps' sights, how layers add up.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from slam import dmath
-from slam.association import OPEN, WALL, Member
-from slam.disc import BINS, Disc, angles_of, bins_between, disc_around
+from slam.association import Member
+from slam.disc import BINS, Disc, angles_of, bins_about, bins_between, disc_around
 from slam.dmath import DEGREE, Floats
-from slam.evidence import NOTHING, Layer, cropped
-from slam.geometry import Pose, Segment
-from slam.grid import Grid
-from slam.links import Gap
+from slam.evidence import Layer, cropped
+from slam.geometry import Bools, Pose
+from slam.grid import Cells, Grid
+from slam.links import EndConfig, Gap
 from slam.paint import Canvas, Point
-from slam.sight import Sight, Thing
+from slam.shapes import Shape, ShapeConfig
+from slam.sight import Sight
+from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
 class MapConfig:
-    """Cell size and the weights of the evidence, in log-odds × 10; how far a sweep moves before it is drawn again."""
+    """Cell size, the weights of the evidence in log-odds × 10, and when a sweep is drawn again.
+
+    `plain_cone = true` draws every reading's cone instead, to compare with.
+    """
 
     cell_m: float = 0.05
     occupied_from: int = 15
     free_from: int = -6
     wall: int = 40
-    narrow: int = 25
-    link: int = 20
+    narrow: int = 25  # whatever is no wall
     near: int = 2  # a class (ii) reading, to its RCD's own weight
-    alone: int = 2  # a class (iii) reading
-    fan: int = 12
-    between: int = 8  # between two stations and the wall that links them
-    body: int = 20
-    alone_free: int = 2
+    link: int = 40  # between neighbours of a chain
+    end: int = 40  # between a wall and the corner it ends in
+    alone: int = 1  # a class (iii) reading
+    fan: int = 8  # before what was seen
+    between: int = 8  # before what a gap was filled with
+    body: int = 20  # where the robot stood
+    alone_free: int = 2  # well before a class (iii) reading
     alone_margin_m: float = 0.40
     link_gap_m: float = 1.2
-    open_m: float = 2.0  # farther than this, what may be a point is drawn as one
-    beyond_m: float = 5.0  # how far past the ends of what was seen a wall still stops a beam
+    veto: int = 20  # a gap was seen to be free where so much evidence says so …
+    veto_share: float = 0.25  # … in more than this part of its cells
+    solid_from: int = 20  # as sure as this, a wall stops fans
+    beyond_m: float = 5.0  # how far past the ends of what was seen a wall still stops a single beam
     body_radius_m: float = 0.16
-    beam_core_deg: float = 4.0
+    core_deg: float = 4.0  # half of a single beam's width that counts
+    around_m: float = 6.0  # sweeps farther apart do not see the same things
     repaint_m: float = 0.015
     repaint_deg: float = 0.3
     plain_cone: bool = False
+    shapes: ShapeConfig = field(default_factory=ShapeConfig)
+    ends: EndConfig = field(default_factory=EndConfig)
 
 
 def render(
-    sight: Sight, pose: Pose, members: tuple[Member, ...], links: list[Gap], grid: Grid, config: MapConfig
+    sight: Sight,
+    pose: Pose,
+    members: tuple[Member, ...],
+    shapes: tuple[Shape, ...],
+    links: list[Gap],
+    ends: list[Gap],
+    grid: Grid,
+    config: MapConfig,
 ) -> Layer:
-    """The sweep's evidence; `members` are its walls in the map frame, `links` the gaps that they leave in chains."""
-    if len(sight.beams) == 0 and not sight.things:
-        return NOTHING  # a sweep without any echo says nothing at all, not even where the robot stood
+    """The sweep's evidence: its shapes, its single beams, and the gaps that it helps to close.
+
+    `members` are its walls in the map frame; what the grid shows of walls stops fans, and so do
+    the sweep's own.
+    """
     here = (pose.x, pose.y)
-    solid = _solid(members, here, config)
     beams = _unblocked(sight, pose, members, config)
-    outlines = [_outline(thing, pose, members, solid, config) for thing in sight.things]
-    disc = disc_around(*here, _reach(here, outlines, beams, links), config.cell_m)
+    disc = disc_around(*here, _reach(here, shapes, beams, [*links, *ends]), config.cell_m)
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
-    _clear(canvas, disc, here, outlines, beams, config)
-    for outline in outlines:
-        sharpened = config.near * outline.support
-        base = config.wall if outline.solid else config.narrow
-        canvas.mark(outline.start, outline.end, base + min(sharpened, base // 2))
+    for shape in shapes:
+        base = config.wall if shape.wall >= 0 else config.narrow
+        canvas.mark(shape.start, shape.end, base + min(config.near * shape.support, base // 2))
+    known = grid.window(disc.left, disc.bottom, width, height)
+    solid = np.maximum(known, canvas.occupied) >= config.solid_from
+    _clear(canvas, disc, _profiles(here, shapes, beams, _stops(disc, solid, config), config), config)
     _hint(canvas, beams, config)
     for gap in links:
-        _fill(canvas, grid, gap, config)
+        _fill(canvas, known, solid, gap, config.link, config)
+    for gap in ends:
+        _fill(canvas, known, solid, gap, config.end, config)
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
-
-
-@dataclass(frozen=True)
-class _Outline:
-    start: Point
-    end: Point
-    solid: bool  # a wall, drawn at full length
-    support: int
-
-
-def _solid(members: tuple[Member, ...], here: Point, config: MapConfig) -> list[int]:
-    """The walls that are drawn at full length: not points, and not what is far and not told from a point."""
-
-    def far(wall: Segment) -> bool:
-        sine, cosine = dmath.sincos(wall.alpha)
-        return wall.rho - (cosine * here[0] + sine * here[1]) > config.open_m
-
-    return [
-        k
-        for k, member in enumerate(members)
-        if member.nature == WALL or (member.nature == OPEN and not far(member.segment))
-    ]
-
-
-def _outline(thing: Thing, pose: Pose, members: tuple[Member, ...], solid: list[int], config: MapConfig) -> _Outline:
-    if thing.wall in solid:
-        others = [members[k].segment for k in solid if k != thing.wall]
-        start, end = clipped(members[thing.wall].segment, (pose.x, pose.y), others)
-        return _Outline(start, end, True, thing.support)
-    if thing.corner is not None:
-        at = pose.points(np.array([thing.corner])).tolist()[0]
-        return _Outline((at[0], at[1]), (at[0], at[1]), False, thing.support)
-    surface = thing.surface.moved(pose)
-    sine, cosine = dmath.sincos(surface.alpha)
-    off = surface.rho - (cosine * pose.x + sine * pose.y)
-    x, y = pose.x + off * cosine, pose.y + off * sine
-    half = 0.5 * config.cell_m
-    return _Outline((x + half * sine, y - half * cosine), (x - half * sine, y + half * cosine), False, thing.support)
-
-
-def clipped(wall: Segment, here: Point, others: list[Segment]) -> tuple[Point, Point]:
-    """The wall's ends, drawn in to where it meets the lines of others: what lies behind those was not seen.
-
-    The part that holds the foot point stays, for that is what answered.
-    """
-    sine, cosine = dmath.sincos(wall.alpha)
-    off = wall.rho - (cosine * here[0] + sine * here[1])
-    foot = (here[0] + off * cosine, here[1] + off * sine)
-    ends = [wall.start, wall.end]
-    for other in others:
-        other_sine, other_cosine = dmath.sincos(other.alpha)
-
-        def behind(point: Point, s: float = other_sine, c: float = other_cosine, rho: float = other.rho) -> float:
-            return c * point[0] + s * point[1] - rho
-
-        inside = behind(foot)
-        if inside >= 0.0:
-            continue
-        for k, end in enumerate(ends):
-            past = behind(end)
-            if past > 0.0:
-                part = inside / (inside - past)
-                ends[k] = (foot[0] + part * (end[0] - foot[0]), foot[1] + part * (end[1] - foot[1]))
-    return ends[0], ends[1]
 
 
 def _unblocked(sight: Sight, pose: Pose, members: tuple[Member, ...], config: MapConfig) -> Floats:
@@ -159,68 +116,83 @@ def _unblocked(sight: Sight, pose: Pose, members: tuple[Member, ...], config: Ma
     return np.concatenate([origins, axis[:, None], reach[:, None]], axis=1)[kept]
 
 
-def _reach(here: Point, outlines: list[_Outline], beams: Floats, links: list[Gap]) -> float:
+def _reach(here: Point, shapes: tuple[Shape, ...], beams: Floats, gaps: list[Gap]) -> float:
     """How far from the station anything is painted."""
-    points = [point for outline in outlines for point in (outline.start, outline.end)]
-    points += [point for gap in links for point in (gap.start, gap.end, gap.there)]
+    points = [point for shape in shapes for point in (shape.start, shape.end)]
+    points += [point for gap in gaps for point in (gap.start, gap.end, gap.there)]
     far = [dmath.hypot(x - here[0], y - here[1]) for x, y in points]
     return max([0.5, *far, float(beams[:, 3].max()) + 0.2 if len(beams) else 0.0])
 
 
-def _clear(canvas: Canvas, disc: Disc, here: Point, outlines: list[_Outline], beams: Floats, config: MapConfig) -> None:
-    """The robot stands here, and before each thing, and well before what single beams met, nothing does."""
+def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
+    """How far it is to the nearest known wall in each direction (BINS,), less a cell and a half."""
+    stops = np.full(BINS, np.inf)
+    np.minimum.at(stops, disc.bins[solid], disc.ranges[solid])
+    wide = np.minimum(np.minimum(stops, np.roll(stops, 1)), np.roll(stops, -1))
+    return np.asarray(np.maximum(wide - 1.5 * config.cell_m, config.body_radius_m))
+
+
+def _profiles(
+    here: Point, shapes: tuple[Shape, ...], beams: Floats, stops: Floats, config: MapConfig
+) -> tuple[Floats, Floats]:
+    """How far it is free in each direction (BINS,): before the shapes, and well before what single beams met."""
     fans, alone = np.zeros(BINS), np.zeros(BINS)
-    for outline in outlines:
-        bins, depth = _fan(outline, here, config)
+    for shape in shapes:
+        bins, depth = _fan(shape, here, config)
         fans[bins] = np.maximum(fans[bins], depth)
-    for x, y, axis, reach in beams.tolist():
-        core = reach - config.alone_margin_m
-        if core > 0.0:
-            sine, cosine = dmath.sincos(axis)
-            dx, dy = x + core * cosine - here[0], y + core * sine - here[1]
-            bearing = dmath.atan2(dy, dx)
-            bins = bins_between(bearing - config.beam_core_deg * DEGREE, bearing + config.beam_core_deg * DEGREE)
-            alone[bins] = np.maximum(alone[bins], dmath.hypot(dx, dy))
+    core = beams[:, 3] - config.alone_margin_m
+    sine, cosine = dmath.sincos(beams[:, 2])
+    dx, dy = beams[:, 0] + core * cosine - here[0], beams[:, 1] + core * sine - here[1]
+    np.maximum.at(
+        alone,
+        bins_about(dmath.atan2(dy, dx), config.core_deg * DEGREE),
+        np.where(core > 0.0, dmath.hypot(dx, dy), 0.0)[:, None],
+    )
+    return np.minimum(fans, stops), np.minimum(alone, stops)
+
+
+def _fan(shape: Shape, here: Point, config: MapConfig) -> tuple[Ints, Floats]:
+    """The directions in which a shape is seen, and how far it is free there: to a cell and a half before it."""
+    (x0, y0), (x1, y1) = ((x - here[0], y - here[1]) for x, y in (shape.start, shape.end))
+    dx, dy = x1 - x0, y1 - y0
+    if shape.wall < 0:
+        bearing = dmath.atan2(y0, x0)
+        return bins_between(bearing, bearing), np.full(1, dmath.hypot(x0, y0) - 1.5 * config.cell_m)
+    bins = bins_between(dmath.atan2(y0, x0), dmath.atan2(y1, x1))
+    sine, cosine = dmath.sincos(angles_of(bins))
+    across = cosine * dy - sine * dx
+    apart = np.abs(across) > 1e-9
+    depth = np.where(apart, (x0 * dy - y0 * dx) / np.where(apart, across, 1.0), 0.0)
+    return bins, depth - 1.5 * config.cell_m
+
+
+def _clear(canvas: Canvas, disc: Disc, profiles: tuple[Floats, Floats], config: MapConfig) -> None:
+    """The robot stands here, and so far as the profiles reach nothing does."""
+    fans, alone = profiles
     canvas.free[disc.nearer(alone)] = -config.alone_free
     canvas.free[disc.nearer(fans)] = -config.fan
     canvas.free[disc.ranges < config.body_radius_m] = -config.body
 
 
-def _fan(
-    outline: _Outline, here: Point, config: MapConfig
-) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], Floats]:
-    """The directions in which a thing is seen, and how far it is free there: to a cell and a half before it."""
-    (x0, y0), (x1, y1) = ((x - here[0], y - here[1]) for x, y in (outline.start, outline.end))
-    first, last = dmath.atan2(y0, x0), dmath.atan2(y1, x1)
-    bins = bins_between(first, last)
-    angles = angles_of(bins)
-    sine, cosine = dmath.sincos(angles)
-    dx, dy = x1 - x0, y1 - y0
-    across = cosine * dy - sine * dx
-    apart = np.abs(across) > 1e-9
-    depth = np.where(apart, (x0 * dy - y0 * dx) / np.where(apart, across, 1.0), dmath.hypot(x0, y0))
-    return bins, depth - 1.5 * config.cell_m
-
-
 def _hint(canvas: Canvas, beams: Floats, config: MapConfig) -> None:
     """A weak arc at the range of each single beam."""
-    for x, y, axis, reach in beams.tolist() if config.alone else ():
-        ends = []
-        for offset in (-config.beam_core_deg, config.beam_core_deg):
-            sine, cosine = dmath.sincos(axis + offset * DEGREE)
-            ends.append((x + reach * cosine, y + reach * sine))
-        canvas.hint(ends[0], ends[1], config.alone)
+    if not config.alone or len(beams) == 0:
+        return
+    ends = []
+    for offset in (-config.core_deg, config.core_deg):
+        sine, cosine = dmath.sincos(beams[:, 2] + offset * DEGREE)
+        ends.append((beams[:, 0] + beams[:, 3] * cosine, beams[:, 1] + beams[:, 3] * sine))
+    canvas.hint(ends[0], ends[1], config.alone)
 
 
-def _fill(canvas: Canvas, grid: Grid, gap: Gap, config: MapConfig) -> None:
-    """The wall goes on in the gap, unless a quarter of the cells there were seen to be free."""
+def _fill(canvas: Canvas, known: Cells, solid: Bools, gap: Gap, weight: int, config: MapConfig) -> None:
+    """The wall goes on in the gap, unless too many of the cells there were seen to be free."""
     rows, columns = canvas.cells_along(gap.start, gap.end)
-    known = grid.window(canvas.left, canvas.bottom, canvas.width, canvas.height)[rows, columns]
-    if 4 * int(np.count_nonzero(known <= -config.fan)) > len(known):
+    if int(np.count_nonzero(known[rows, columns] <= -config.veto)) > config.veto_share * len(rows):
         return
     before = [_before(gap.here, gap.start, config.cell_m), _before(gap.there, gap.end, config.cell_m)]
-    canvas.clear([gap.there, gap.here, *before], config.between)
-    canvas.mark(gap.start, gap.end, config.link)
+    canvas.clear([gap.there, gap.here, *before], config.between, solid)
+    canvas.mark(gap.start, gap.end, weight)
 
 
 def _before(here: Point, point: Point, cell_m: float) -> Point:

@@ -31,12 +31,13 @@ class Thing:
 class Sight:
     """The things seen, nearest first, and single beams (k, 4): origin x, y, axis rad, reach m; whether each `echoed`.
 
-    Of the beams only those of class (iii) are kept, unless all were asked for.
+    Of the beams only those of class (iii) are kept, unless all were asked for; `half_beam` rad is theirs.
     """
 
     things: tuple[Thing, ...]
     beams: Floats
     echoed: Bools
+    half_beam: float
 
 
 def sight_of(calibrated: Calibrated, reliability: Reliability, features: Features, *, every_beam: bool) -> Sight:
@@ -44,7 +45,7 @@ def sight_of(calibrated: Calibrated, reliability: Reliability, features: Feature
     beams = calibrated.beams
     echo = beams.echo
     if not bool(echo.any()):
-        return Sight((), np.zeros((0, 4)), np.zeros(0, dtype=bool))
+        return Sight((), np.zeros((0, 4)), np.zeros(0, dtype=bool), beams.half_beam)
     near = reliability.rcd_of[reliability.reading_class == NEAR_RCD]
     support = np.bincount(near, minlength=len(reliability.rcds)).tolist()
     wall_of = {wall.rcd: k for k, wall in enumerate(features.walls)}
@@ -60,4 +61,4 @@ def sight_of(calibrated: Calibrated, reliability: Reliability, features: Feature
     )
     kept = np.ones(len(echo), dtype=bool) if every_beam else reliability.reading_class == ALONE
     rows = np.concatenate([beams.origin, beams.axis[:, None], beams.distance[:, None]], axis=1)
-    return Sight(things, rows[kept], echo[kept])
+    return Sight(things, rows[kept], echo[kept], beams.half_beam)
