@@ -172,7 +172,8 @@ def _learned(noise: Noise, squares: Floats, redundancy: Floats) -> Noise:
     first = Noise()
 
     def size(kind: int, now: float, assumed: float) -> float:
-        spread = (FIRMNESS * (assumed / now) ** 2 + squares[kind]) / (FIRMNESS + max(0.0, redundancy[kind]))
+        # The mean of what the variance may be, which is more than the likeliest where the observations are few.
+        spread = (FIRMNESS * (assumed / now) ** 2 + squares[kind]) / (FIRMNESS - 2.0 + max(0.0, redundancy[kind]))
         return float(now * np.sqrt(spread))
 
     return Noise(
@@ -184,13 +185,14 @@ def _learned(noise: Noise, squares: Floats, redundancy: Floats) -> Noise:
 
 
 def _weighted(rows: _Rows, fit: _Fit, noise: Noise) -> _Rows:
-    """With Huber's weights on what single sonars measured; a sighting that does not fit as a whole has little weight.
+    """With Huber's weights on what was measured; a sighting that does not fit as a whole has little weight.
 
-    Where a wall was taken for another one, all of its arcs are off; where it is a corner, those from beside.
+    A robot that was pushed has one bad way. Where a wall was taken for another one, all of its arcs are off; where it is
+    a corner, those from beside.
     """
     size = np.abs(rows.residual)
     arc = rows.kind <= DISTANCES
-    root = np.where(arc & (size > HUBER), np.sqrt(HUBER / np.maximum(size, HUBER)), 1.0)
+    root = np.where((rows.kind != OTHERS) & (size > HUBER), np.sqrt(HUBER / np.maximum(size, HUBER)), 1.0)
     sighting = fit.sighting
     for kind in (BEARINGS, DISTANCES):
         squares = np.bincount(sighting, rows.residual[rows.kind == kind] ** 2) / np.bincount(sighting)
@@ -275,7 +277,7 @@ def _slopes(fit: _Fit, errors: Floats, noise: Noise) -> _Rows:
     own, shared = _empty(count, fit, errors)
     s = noise.heading * SWEEP_SLOPE
     own[np.arange(count), fit.size - count + np.arange(count)] = 1.0 / s
-    return _Rows(fit.slope / s, own, shared, np.full(count, OTHERS))
+    return _Rows(fit.slope / s, own, shared, np.full(count, HEADINGS))
 
 
 def _way_rows(fit: _Fit, k: int, errors: Floats, noise: Noise) -> _Rows:
