@@ -11,8 +11,9 @@ import pytest
 
 from cli.main import run
 from slam.sweep import TURN
-from sonarlog.calibration.adjustment import DEGREE, DISTANCE, DRIFT, RING, ROTATION, SONARS, Adjusted, Priors, adjust
+from sonarlog.calibration.adjustment import Adjusted, Priors, adjust
 from sonarlog.calibration.correction import Calibration, reckoning
+from sonarlog.calibration.equations import DEGREE, DISTANCE, DRIFT, RING, ROTATION, SONARS
 from sonarlog.calibration.observations import stretches
 from sonarlog.calibration.robot_file import write_robot
 from sonarlog.log import Log, Odometry, Readings

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from sonarlog.calibration.adjustment import DEGREE, RING, SONARS, Adjusted, Priors, adjust
+from sonarlog.calibration.adjustment import Adjusted, Priors, adjust
 from sonarlog.calibration.correction import Calibration
+from sonarlog.calibration.equations import DEGREE, RING, SONARS
 from sonarlog.calibration.observations import Stretch, stretches
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Log
