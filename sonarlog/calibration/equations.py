@@ -82,7 +82,7 @@ class Rows:
 
 
 def rows_of(fit: Fit, errors: Floats, noise: Noise) -> Rows:
-    """All equations of a stretch, linear about where it is fitted by now; arcs' bearings first, then their distances."""
+    """All equations of a stretch, linear about where it is by now; arcs' bearings first, then their distances."""
     parts = [_bearings(fit, errors, noise), _distances(fit, errors, noise), _slopes(fit, errors, noise)]
     parts += [_way_rows(fit, k, errors, noise) for k in range(len(fit.stretch.ways))]
     parts.append(_start(fit, errors))
