@@ -2,8 +2,10 @@
 
 import json
 from collections.abc import Sequence
+from math import cos, radians, sin
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cli.main import run
@@ -11,6 +13,7 @@ from cli.options import value_of
 from slam.errors import SlamError
 from sonarlog.bench import pool
 from sonarlog.bench.conditions import CONDITIONS, BadCondition, Condition, conditions_named
+from sonarlog.bench.guide import guided
 from sonarlog.bench.page import Picture, page
 from sonarlog.bench.plan import BadPlan, Case, Plan, contender, numbers_of, worlds_of
 from sonarlog.bench.recipe import Recipe
@@ -20,7 +23,7 @@ from sonarlog.bench.routes import respaced, without_scans
 from sonarlog.bench.tables import broken, tables
 from sonarlog.bench.work import Outcome
 from sonarlog.recording import read_log
-from sonarlog.route import Follow, Go, Repeat, Scan, Turn, parse_route
+from sonarlog.route import Action, Follow, Go, Repeat, Scan, Turn, parse_route
 from sonarlog.sim.link import parse_url
 from sonarlog.sim.world import BadWorld, built_in, load_world
 
@@ -190,3 +193,32 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
 def test_conditions_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["bench", "--list"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(CONDITIONS)
+
+
+class Crooked:
+    """A robot whose metre is a tenth too long and whose turns are a tenth too wide."""
+
+    def __init__(self) -> None:
+        self.x = self.y = self.heading = 0.0
+
+    def where_is(self) -> tuple[float, float, float]:
+        return self.x, self.y, self.heading
+
+    def do(self, action: Action) -> None:
+        if isinstance(action, Turn):
+            self.heading += 1.1 * action.degrees
+        elif isinstance(action, Go):
+            self.x += 1.1 * action.metres * cos(radians(self.heading))
+            self.y += 1.1 * action.metres * sin(radians(self.heading))
+
+
+def test_a_guide_brings_the_robot_where_the_route_leads_on_paper() -> None:
+    robot = Crooked()
+    scanned = []
+    for action in guided(parse_route("scan; repeat 3 (go 1; scan; turn 90); go 1; go -1; turn -180"), robot.where_is):
+        robot.do(action)
+        if isinstance(action, Scan):
+            scanned.append((robot.x, robot.y))
+    assert np.abs(np.array(scanned) - [(0, 0), (1, 0), (1, 1), (0, 1)]).max() < 0.2
+    assert (robot.x, robot.y) == pytest.approx((0, 1), abs=0.2)
+    assert 50 < robot.heading < 130  # 270° round to the left, a half turn back
