@@ -37,9 +37,16 @@ def _values(found: tuple[Apart, ...]) -> Said:
     """By name and number, where no words fit."""
     if not found:
         return ("has other values", "has other values")
-    first, more = found[0], len(found) - 1
+    alike = [each for each in found if type(each.a) is type(each.b)]
+    first, more = (alike or found)[0], len(found) - 1
     rest = f" (and {counted(more, 'value')} more)" if more else ""
+    if not alike:  # results of two kinds, as different algorithms have them
+        return _given(first.where, first.a, rest), _given(first.where, first.b, "")
     return f"{first.where} is {first.a!r}{rest}", f"{first.where} is {first.b!r}"
+
+
+def _given(where: str, value: Any, rest: str) -> str:
+    return f"gives {'no ' if value is None else ''}{where}{rest}"
 
 
 def _readings(a: Values, b: Values) -> Said | None:

@@ -79,6 +79,8 @@ def _said(kind: str, change: WallChange) -> str:
 
 
 def _listed(walls: Sequence[Wall]) -> str:
+    if len(walls) > 3:
+        return f"{len(walls)} pieces of {sum(wall.length_m for wall in walls):.1f} m"
     return " and ".join(f"{wall.name} ({wall.length_m:.1f} m)" for wall in walls)
 
 

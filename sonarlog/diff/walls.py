@@ -1,4 +1,4 @@
-"""The walls of a map: each the union of those members of a chain that lie on one line.
+"""The walls of a map: each the union of those members of a chain, or of several, that lie on one line.
 
 Must not know: runs, what walls are compared with.
 """
@@ -16,6 +16,8 @@ SHORTEST_M = 0.25
 BESIDE_M = 0.30
 TURNED_RAD = np.radians(20.0)
 """A member is of a wall if it lies nearer to the wall's line than this, and within this angle."""
+LIES_ON_M, GOES_ON_M = 0.06, 0.30
+"""Walls of several chains are one if one lies so near to the other's line, and no further on along it."""
 SIDES = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
 
@@ -23,8 +25,9 @@ SIDES = ("east", "north-east", "north", "north-west", "west", "south-west", "sou
 class Wall:
     """Wall `number` of a map: the line (α, ρ) that fits its pieces best, and its ends as seen from the robot's side.
 
-    The normal points away from the robot. `pieces` are what sweeps saw of it, `first_sweep` the first of them;
-    `bent_m` is the largest distance of a piece's end from the line. Metres and radians, in the map's frame.
+    The normal points away from the robot. `pieces` are what sweeps saw of it, the first of them in `first_sweep` as a
+    link of `chain`; `bent_m` is the largest distance of a piece's end from the line. Metres and radians, in the map's
+    frame.
     """
 
     number: int
@@ -67,7 +70,7 @@ def walls_of(chains: Chains) -> tuple[Wall, ...]:
     for chain in range(len(chains.roots)):
         members = [member for member in chains.of(chain) if member.nature != POINT]
         groups += _collinear(members) if members else []
-    walls = [wall for wall in (_fitted(group) for group in groups) if wall.length_m >= SHORTEST_M]
+    walls = [wall for wall in map(_fitted, _laid_together(groups)) if wall.length_m >= SHORTEST_M]
     walls.sort(key=lambda wall: (wall.first_sweep, wall.chain, wall.start))
     return tuple(replace(wall, number=number) for number, wall in enumerate(walls))
 
@@ -94,6 +97,34 @@ def _collinear(members: list[Member]) -> list[list[Member]]:
         half = max(1, len(members) // 2)
         one, rest = members[:half], members[half:]
     return [*_collinear(one), *_collinear(rest)]
+
+
+def _laid_together(groups: list[list[Member]]) -> list[list[Member]]:
+    """Groups that lie on one another are one: which chain a piece of wall was put to does not show in the map."""
+    left = sorted(groups, key=lambda group: (-_fitted(group).length_m, group[0].chain, group[0].sweep))
+    together = []
+    while left:
+        group, left = left[0], left[1:]
+        while True:
+            wall = _fitted(group)
+            on = [_lies_on(_fitted(other), wall) for other in left]
+            if not any(on):
+                break
+            group = group + [member for other, lies in zip(left, on, strict=True) if lies for member in other]
+            left = [other for other, lies in zip(left, on, strict=True) if not lies]
+        together.append(sorted(group, key=lambda member: (member.sweep, member.chain)))
+    return together
+
+
+def _lies_on(short: Wall, long: Wall) -> bool:
+    """Whether a wall lies on a longer one, or goes it on."""
+    normal = np.array([np.cos(long.alpha), np.sin(long.alpha)])
+    along = np.array([-normal[1], normal[0]])
+    mine, yours = np.array([short.start, short.end]), np.array([long.start, long.end])
+    here, there = np.sort(mine @ along), np.sort(yours @ along)
+    near = here[0] <= there[1] + GOES_ON_M and here[1] >= there[0] - GOES_ON_M
+    off = float(np.abs(mine @ normal - long.rho).max())
+    return bool(near) and off <= LIES_ON_M and abs(_wrapped(short.alpha - long.alpha)) <= float(TURNED_RAD)
 
 
 def _ends(member: Member) -> tuple[tuple[float, float], tuple[float, float]]:
