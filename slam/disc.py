@@ -68,6 +68,10 @@ def angles_of(bins: Ints) -> Floats:
     return (bins.astype(np.float64) + 0.5) * _STEP - PI
 
 
+RAYS: tuple[Floats, Floats] = dmath.sincos(angles_of(np.arange(BINS)))
+"""Sine and cosine of the middle of each bin."""
+
+
 def bins_between(first: float, last: float) -> Ints:
     """All bins whose middle lies on the shorter way from one angle to the other; at least the middle one's."""
     turn = last - first

@@ -9,7 +9,7 @@ import numpy as np
 
 from slam import dmath
 from slam.association import Member
-from slam.disc import BINS, Disc, angles_of, bins_about, bins_between, disc_around
+from slam.disc import BINS, RAYS, Disc, bins_about, bins_between, disc_around
 from slam.dmath import DEGREE, Floats
 from slam.evidence import Layer, cropped
 from slam.geometry import Bools, Pose
@@ -159,7 +159,7 @@ def _fan(shape: Shape, here: Point, config: MapConfig) -> tuple[Ints, Floats]:
         bearing = dmath.atan2(y0, x0)
         return bins_between(bearing, bearing), np.full(1, dmath.hypot(x0, y0) - 1.5 * config.cell_m)
     bins = bins_between(dmath.atan2(y0, x0), dmath.atan2(y1, x1))
-    sine, cosine = dmath.sincos(angles_of(bins))
+    sine, cosine = RAYS[0][bins], RAYS[1][bins]
     across = cosine * dy - sine * dx
     apart = np.abs(across) > 1e-9
     depth = np.where(apart, (x0 * dy - y0 * dx) / np.where(apart, across, 1.0), 0.0)

@@ -1,0 +1,171 @@
+"""Block H: what is drawn, what is left undrawn, and that a map drawn anew is the map drawn from there at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slam import pipeline
+from slam.algorithms import algorithm
+from slam.association import POINT, WALL, Chains, Member
+from slam.disc import BINS, bins_between, disc_around
+from slam.dmath import DEGREE
+from slam.evidence import Evidence, Layer, cropped
+from slam.geometry import ORIGIN, Pose, Segment, through
+from slam.grid import LIMIT, Grid
+from slam.links import EndConfig, Spot, chain_gaps, end_gaps
+from slam.map_extension import Map, extend_map
+from slam.pipeline import Step
+from slam.shapes import clipped, cut
+from tests.synthetic import RING, StraightWall, corridor, scan
+
+PAPER = algorithm("paper")
+CONFIG = PAPER.config.map
+EMPTY = Grid(CONFIG.cell_m, CONFIG.occupied_from, CONFIG.free_from)
+STATIONS = [Pose(0.8 * k, 0.0, 0.0) for k in range(4)]
+AWAY = Pose(0.3, 1.2, 7.0 * DEGREE)
+"""Where a loop that closes may move everything to."""
+
+
+def line(x0: float, y0: float, x1: float, y1: float) -> Segment:
+    return through((x0, y0), (x1, y1), (0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def steps() -> list[Step]:
+    return list(pipeline.run([scan(corridor(), pose) for pose in STATIONS], RING, PAPER))
+
+
+def moved(steps: list[Step], by: Pose, upto: int) -> tuple[Chains, tuple[Pose, ...]]:
+    chains, poses = steps[upto].state.chains, steps[upto].state.poses
+    members = tuple(replace(member, segment=member.segment.moved(by)) for member in chains.members)
+    return replace(chains, members=members), tuple(by.compose(pose) for pose in poses)
+
+
+def drawn(steps: list[Step], by: list[Pose]) -> Map:
+    grown = Map(EMPTY)
+    for k, step in enumerate(steps):
+        chains, poses = moved(steps, by[k], k)
+        before = grown
+        grown, patch = extend_map(before, step.calibrated, step.reliability, step.features, chains, poses, CONFIG)
+        added = before.grid.extended(patch)
+        assert all(np.array_equal(tile, added.tiles[place]) for place, tile in grown.grid.tiles.items())
+    return grown
+
+
+def test_a_map_drawn_anew_is_the_one_drawn_there_at_once(steps: list[Step]) -> None:
+    late = drawn(steps, [ORIGIN, ORIGIN, ORIGIN, AWAY])
+    at_once = drawn(steps, [AWAY] * 4)
+    cells, left, bottom = late.grid.dense()
+    assert np.array_equal(cells, at_once.grid.window(left, bottom, cells.shape[1], cells.shape[0]))
+    assert bool(late.grid.occupied(cells).any())
+
+
+def test_what_moves_less_than_is_seen_is_not_drawn_again(steps: list[Step]) -> None:
+    here = drawn(steps, [ORIGIN] * 4)
+    nudged = drawn(steps, [ORIGIN, ORIGIN, ORIGIN, Pose(0.4 * CONFIG.repaint_m, 0.0, 0.0)])
+    assert all(a.layer.delta is not None and np.array_equal(a.layer.delta, b.layer.delta)
+               for a, b in zip(here.painted[:3], nudged.painted[:3], strict=True))  # fmt: skip
+
+
+def test_a_wall_that_turns_out_to_be_a_point_is_drawn_as_one(steps: list[Step]) -> None:
+    chains, poses = moved(steps, ORIGIN, 1)
+    first = drawn(steps[:1], [ORIGIN])
+    pointed = replace(chains, members=tuple(replace(member, nature=POINT) for member in chains.members))
+    step = steps[1]
+    after, _ = extend_map(first, step.calibrated, step.reliability, step.features, pointed, poses, CONFIG)
+    assert any(shape.wall >= 0 for shape in first.painted[0].shapes)
+    assert not any(shape.wall >= 0 for shape in after.painted[0].shapes)
+    assert len(after.painted[0].strokes) == 0
+
+
+def test_between_the_walls_it_is_free_and_behind_them_unknown(steps: list[Step]) -> None:
+    grid = steps[-1].state.grid
+    column = grid.window(int(0.8 / CONFIG.cell_m), int(-2.0 / CONFIG.cell_m), 1, 80)[:, 0]
+    occupied = np.flatnonzero(grid.occupied(column)) * CONFIG.cell_m - 2.0
+    assert np.abs(np.abs(occupied) - 1.0).max() <= 0.1
+    inside = column[int(1.2 / CONFIG.cell_m) : int(2.8 / CONFIG.cell_m)]
+    assert bool(grid.free(inside).all())
+    assert not grid.free(column[: int(0.9 / CONFIG.cell_m)]).any()
+
+
+def test_a_plain_cone_frees_what_lies_behind_the_edges_of_a_wall() -> None:
+    wall = [StraightWall(1.5, -0.2, 1.5, 0.2)]
+    plain = PAPER.configured({"map.plain_cone": True})
+    ours, theirs = (list(pipeline.run([scan(wall, ORIGIN)], RING, which))[-1].state.grid for which in (PAPER, plain))
+    occupied = [int(np.count_nonzero(grid.occupied(grid.dense()[0]))) for grid in (ours, theirs)]
+    assert 0 < occupied[0] < occupied[1]
+
+
+def test_evidence_taken_back_leaves_nothing() -> None:
+    wall = Layer(60, -3, np.full((8, 9), 100, dtype=np.int8))
+    twice = Evidence().changed([], [wall, wall])
+    grid, patch = twice.shown(Evidence(), EMPTY)
+    assert int(patch.delta.max()) == LIMIT
+    assert (patch.left, patch.bottom, patch.delta.shape) == (60, -3, (8, 9))
+    back, less = twice.changed([wall], []).shown(twice, grid)
+    assert int(less.delta.min()) == 100 - LIMIT
+    gone, _ = twice.changed([wall, wall], []).shown(twice, grid)
+    assert not any(tile.any() for tile in gone.tiles.values())
+    assert back.window(60, -3, 9, 8).max() == 100
+
+
+def test_a_layer_has_no_empty_borders() -> None:
+    delta = np.zeros((5, 7), dtype=np.int16)
+    delta[2, 3:5] = -9
+    layer = cropped(10, 20, delta)
+    assert (layer.left, layer.bottom, layer.delta.tolist()) == (13, 22, [[-9, -9]])
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "count"), [(0.0, 10.0, 20), (-5.0, 5.0, 20), (175.0, -175.0, 20), (3.1, 3.1, 1)]
+)
+def test_directions_between_two_angles(first: float, last: float, count: int) -> None:
+    bins = bins_between(first * DEGREE, last * DEGREE)
+    assert len(bins) == count
+    assert set(bins.tolist()) == set(bins_between(last * DEGREE, first * DEGREE).tolist())
+
+
+def test_a_disc_tells_direction_and_distance_of_its_cells() -> None:
+    disc = disc_around(1.0, -2.0, 1.5, 0.05)
+    row, column = int(-2.0 / 0.05) - disc.bottom, int(2.0 / 0.05) - disc.left
+    assert disc.ranges[row, column] == pytest.approx(1.0, abs=0.04)
+    assert abs(int(disc.bins[row, column]) - BINS // 2) <= 3
+
+
+def test_gaps_of_a_chain_are_those_to_its_nearest_neighbours() -> None:
+    chain = [Member(0, k, line(x, 1.0, x + 0.4, 1.0), WALL) for k, x in enumerate((0.0, 0.9, 2.0))]
+    newest = Member(0, 3, line(1.5, 1.0, 1.7, 1.0), WALL)
+    found = chain_gaps(newest, chain, (ORIGIN,) * 4, 1.2)
+    assert sorted((gap.sweep, round(abs(gap.start[0] - gap.end[0]), 3)) for gap in found) == [(1, 0.2), (2, 0.3)]
+    assert chain_gaps(replace(newest, nature=POINT), chain, (ORIGIN,) * 4, 1.2) == []
+
+
+@pytest.mark.parametrize(
+    ("spot", "ends"),
+    [
+        (Spot((2.0, 1.02), 40.0 * DEGREE, 0), True),
+        (Spot((2.0, 1.15), 40.0 * DEGREE, 0), False),  # beside the line
+        (Spot((3.5, 1.0), 40.0 * DEGREE, 0), False),  # too far
+        (Spot((2.0, 1.0), 88.0 * DEGREE, 0), False),  # a piece of the wall itself
+        (Spot((0.5, 1.0), 40.0 * DEGREE, 0), False),  # before the wall, not at its end
+    ],
+)
+def test_a_wall_goes_on_to_the_corner_in_line_with_it(spot: Spot, ends: bool) -> None:
+    wall = Member(0, 0, line(0.0, 1.0, 1.0, 1.0), WALL)
+    assert [(gap.start, gap.end) for gap in end_gaps([wall], [spot], 0, (ORIGIN,), EndConfig())] == [
+        ((1.0, 1.0), spot.point)
+    ] * ends
+
+
+def test_a_corner_ends_the_last_piece_of_a_wall_only() -> None:
+    walls = [Member(0, 0, line(0.0, 1.0, 0.5, 1.0), WALL), Member(0, 0, line(0.6, 1.0, 1.0, 1.0), WALL)]
+    found = end_gaps(walls, [Spot((1.5, 1.0), 40.0 * DEGREE, 0)], 0, (ORIGIN,), EndConfig())
+    assert [gap.start for gap in found] == [(1.0, 1.0)]
+
+
+def test_walls_are_drawn_as_far_as_the_walls_that_cross_them() -> None:
+    wall, other = line(-1.0, 1.0, 1.0, 1.0), line(0.6, -1.0, 0.6, 2.0)
+    np.testing.assert_allclose(clipped(wall, (0.0, 0.0), [other]), ((-1.0, 1.0), (0.6, 1.0)))
+    crossing = np.array([[0.6, 0.5, 0.6, 2.0], [-0.5, 3.0, -0.5, 4.0]])
+    np.testing.assert_allclose(cut((0.0, 1.0), wall.start, wall.end, crossing), ((-1.0, 1.0), (0.6, 1.0)))
