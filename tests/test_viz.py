@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from rerun.experimental import ViewerClient
 from cli.main import run as run_command
 from slam import pipeline
 from slam.algorithms import algorithm
+from slam.geometry import Pose
 from slam.grid import Grid
 from slam.pipeline import Step
 from sonarlog.log import Log, Odometry, Readings, Truth
@@ -188,6 +190,23 @@ def test_raw_echoes_lie_where_calibrated_ones_do_if_there_is_nothing_to_calibrat
     assert isinstance(calibrated, Dots)
     off = np.hypot(*(np.asarray(raw.points) - np.asarray(calibrated.points)).T)
     assert float(np.median(off)) < 0.05
+
+
+def test_poses_that_move_and_loops_that_close_are_shown(steps: list[Step]) -> None:
+    scene = Scene(RING, 0.15, None)
+    for step in steps[:-1]:
+        scene.show(step)
+    last, away = steps[-1], Pose(0.8, 0.1, 0.0)
+    poses = (last.state.poses[0], away, *last.state.poses[2:])
+    found = replace(last.localisation, moved=((1, away),), merged=((0, 3),))
+    moved = replace(last, localisation=found, state=replace(last.state, track=replace(last.state.track, poses=poses)))
+    shapes = scene.show(moved).shapes
+    arrows, names = (shapes[f"map/F_localisation/{name}"] for name in ("moved_x10", "loop_names"))
+    assert isinstance(arrows, Strips)
+    assert arrows.lines[0][1].tolist() == pytest.approx([0.8, 1.0], abs=0.3)  # ten times as far as it went
+    assert isinstance(names, Labels)
+    assert names.words == ("sweep 4: chain 3 is chain 0",)
+    assert {"map/path/corrected/0", "map/path/as_found/0"} <= shapes.keys()
 
 
 def test_only_what_changed_is_drawn_again() -> None:

@@ -81,7 +81,14 @@ def replay_layout(low: Floats, high: Floats, reach_m: float, *, truth: bool, fol
     opposite = (-reach_m, -reach_m)
     the_map = Plane(
         "Map · green corrected path, grey raw odometry, dashed red true; a colour a chain; orange frontier",
-        ("/map/**", *_without("ABCDEFG"), "- /map/H_extension/patch", "- /map/chains/names", "- /map/I_decision/names"),
+        (
+            "/map/**",
+            *_without("ABCDEFG"),
+            *LOOPS,
+            "- /map/H_extension/patch",
+            "- /map/chains/names",
+            "- /map/I_decision/names",
+        ),
         low=(float(low[0]), float(low[1])),
         high=(float(high[0]), float(high[1])),
     )
@@ -124,6 +131,7 @@ TITLES = {
     "H": "H map · blue raised, chequered orange lowered",
     "I": "I decision · dots frontier, ◇ regions, × goal",
 }
+LOOPS = tuple(f"+ /map/F_localisation/{name}" for name in ("moved_x10", "loops", "loop_names"))
 MAP, CHAINS = ("/map/H_extension/grid/**",), ("/map/chains/walls/**", "/map/chains/roots/**")
 ALSO = {"E": (*MAP, *CHAINS), "F": MAP, "G": MAP, "H": ("/map/robot/corrected",), "I": (*MAP, "/map/path/corrected/**")}
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.association import POINT
 from slam.geometry import ORIGIN, Pose
 from slam.pipeline import Step
 from slam.sweep import SonarRing
@@ -18,9 +19,9 @@ from sonarlog.map_metrics import surfaces_in_map
 from sonarlog.metrics import frame_between
 from sonarlog.picture import BLUE, GREEN, PURPLE, VERMILLION, chain_colour
 from sonarlog.step_data import step_data
-from sonarlog.viz.blocks import BLOCK_PATHS, block_shapes, robot
+from sonarlog.viz.blocks import BLOCK_PATHS, EXAGGERATED, block_shapes, robot
 from sonarlog.viz.pieces import Pieces, Tiles, merged
-from sonarlog.viz.shapes import GREY, Colour, Labels, Shape, Strips, circle, dashed
+from sonarlog.viz.shapes import GREY, WINE, Colour, Labels, Shape, Strips, arrow, circle, dashed, diamonds
 from sonarlog.words import block_lines
 
 AROUND_M = 2.5
@@ -36,6 +37,7 @@ SERIES: dict[str, tuple[str, Colour]] = {
     "plots/walls/new": ("began one", VERMILLION),
     "plots/error/odometry_cm": ("raw odometry, cm", GREY),
     "plots/error/corrected_cm": ("corrected, cm", GREEN),
+    "plots/error/whole_path_cm": ("the whole path as it is known now, RMS, cm", BLUE),
     "plots/heading_error/odometry_deg": ("raw odometry, °", GREY),
     "plots/heading_error/corrected_deg": ("corrected, °", GREEN),
 }
@@ -66,6 +68,8 @@ class Scene:
         self._odometry: list[Pose] = []
         self._found: list[Pose] = []
         self._true: list[Pose] = []
+        self._poses = np.zeros((0, 2))  # as they were known after the sweep before
+        self._loops: dict[int, str] = {}
         self._odometry_frame = ORIGIN
         self._frame: Pose | None = None  # the map's origin in the frame of the truth
         self._grid = Tiles(GRID, FRONTIER)
@@ -91,6 +95,7 @@ class Scene:
             [
                 self._grid.changed(step.state.grid),
                 self._chains(step),
+                self._loops_closed(step, number),
                 self._paths(step, truth),
                 self._robots(step),
                 block_shapes(step, self._ring, self._radius_m, before),
@@ -117,7 +122,23 @@ class Scene:
         if truth is not None and self._frame is not None:
             self._true.append(frame_between(self._frame, ORIGIN).compose(truth))
             shapes.append(self._truth.changed(_places(self._true)))
+        self._poses = poses
         return merged(shapes)
+
+    def _loops_closed(self, step: Step, number: int) -> dict[str, Shape]:
+        """Where the poses of earlier sweeps went (ten times as far), and every place where a loop was closed so far."""
+        poses = _places(list(step.state.poses))
+        moved = [k for k, _ in step.localisation.moved if k < len(self._poses)]
+        ways = [(self._poses[k], self._poses[k] + EXAGGERATED * (poses[k] - self._poses[k])) for k in moved]
+        if step.localisation.merged:
+            pairs = " and ".join(f"chain {gone} is chain {kept}" for kept, gone in step.localisation.merged)
+            self._loops[number] = f"sweep {number}: {pairs}"
+        places = poses[list(self._loops)]
+        return {
+            f"{BLOCK_PATHS['F']}/moved_x10": Strips([part for way in ways for part in arrow(*way)], [WINE], 1.5),
+            f"{BLOCK_PATHS['F']}/loops": Strips(diamonds(places, 0.25), [BLUE], 3.0),
+            f"{BLOCK_PATHS['F']}/loop_names": Labels(places[-1:], tuple(self._loops.values())[-1:]),
+        }
 
     def _robots(self, step: Step) -> dict[str, Shape]:
         shapes: dict[str, Shape] = {
@@ -129,10 +150,11 @@ class Scene:
         return shapes
 
     def _chains(self, step: Step) -> dict[str, Shape]:
-        """All walls so far in the colour of their chain, the roots once more and thicker, and the chains' names."""
+        """All walls so far in the colours of their chains, points as ◇; the roots thicker, and their names."""
         chains = step.state.chains
-        walls = _rows([(m.chain, *m.segment.start, *m.segment.end) for m in chains.members])
-        roots = walls[list(chains.roots)] if len(chains.roots) else walls[:0]
+        walls = _rows([(m.chain, m.nature, *m.segment.start, *m.segment.end) for m in chains.members])
+        roots = walls[[root for root in chains.roots if root >= 0]]  # none where chains became one
+        roots = roots[roots[:, 1] != POINT]
         return merged([self._walls.changed(walls), self._roots.changed(roots), self._names.changed(roots)])
 
     def _numbers(self, step: Step) -> dict[str, float]:
@@ -152,6 +174,8 @@ class Scene:
                 off = true.step_to(path[-1])
                 numbers[f"plots/error/{name}_cm"] = 100.0 * float(np.hypot(off.x, off.y))
                 numbers[f"plots/heading_error/{name}_deg"] = float(np.degrees(off.theta))
+            off_now = np.hypot(*(_places(list(step.state.poses)) - _places(self._true)).T)
+            numbers["plots/error/whole_path_cm"] = 100.0 * float(np.sqrt(np.mean(off_now**2)))
         return numbers
 
 
@@ -186,18 +210,23 @@ def _broken(_number: int, rows: Floats) -> Strips:
 
 def _coloured(width: float) -> Callable[[int, Floats], Shape]:
     def shape(_number: int, rows: Floats) -> Strips:
-        return Strips(list(rows[:, 1:].reshape(-1, 2, 2)), [chain_colour(int(row[0])) for row in rows], width)
+        ends = rows[:, 2:].reshape(-1, 2, 2)
+        lines = [
+            diamonds(line.mean(axis=0), 0.06)[0] if row[1] == POINT else line
+            for row, line in zip(rows, ends, strict=True)
+        ]
+        return Strips(lines, [chain_colour(int(row[0])) for row in rows], width)
 
     return shape
 
 
-def _chain_names(first: int, rows: Floats) -> Labels:
-    names = tuple(f"chain {first + k}" for k in range(len(rows)))
-    return Labels(rows[:, 1:].reshape(-1, 2, 2).mean(axis=1), names)
+def _chain_names(_number: int, rows: Floats) -> Labels:
+    names = tuple(f"chain {int(row[0])}" for row in rows)
+    return Labels(rows[:, 2:].reshape(-1, 2, 2).mean(axis=1), names)
 
 
 def _rows(rows: list[tuple[float, ...]]) -> Floats:
-    return np.array(rows, dtype=np.float64).reshape(-1, 5)
+    return np.array(rows, dtype=np.float64).reshape(-1, 6)
 
 
 def _places(poses: list[Pose]) -> Floats:
