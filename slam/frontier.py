@@ -14,7 +14,8 @@ from slam.components import labelled_runs
 from slam.dmath import Floats
 from slam.geometry import Pose
 from slam.grid import Grid
-from slam.planning import Ground, Path, Ways, least
+from slam.planning import STRAIGHT, Ground, Path, Ways, least
+from slam.sweep import Ints
 
 ROUND = 16
 """Waves of the search for ways between two looks at what may still win."""
@@ -74,35 +75,37 @@ def inside(mask: int, stride: int) -> int:
 def _best(regions: list[Region], ground: Ground, pose: Pose, config: FrontierConfig) -> tuple[int | None, Path | None]:
     """The region of the best gain and the way to it; of equal gains the one whose centre promises more."""
     start = ground.cell(pose.x, pose.y)
-    order = sorted(range(len(regions)), key=lambda k: (-_gain(regions[k], pose, config), k))
-    goals = [(rank, regions[k].cells, target) for rank, k in enumerate(order) if (target := regions[k].target)]
-    reachable = ground.reachable(start, [target for _, _, target in goals])
+    cells = np.array([region.cells for region in regions], dtype=np.int64)
+    order = np.lexsort((np.arange(len(regions)), -_promise(regions, cells, pose, config)))
+    goals = [(rank, target) for rank, k in enumerate(order.tolist()) if (target := regions[k].target) is not None]
+    reachable = ground.reachable(start, [target for _, target in goals])
     goals = [goal for goal, there in zip(goals, reachable, strict=True) if there]
-    ways = Ways(ground, start, [target for _, _, target in goals])
-
-    def gain(cells: int, cost: int) -> float:
-        return cells / (ground.length_m(cost) + config.settle_m)
-
+    ways = Ways(ground, start, [target for _, target in goals])
+    size = cells[order][[rank for rank, _ in goals]]
+    straight = np.array([least(start, target) for _, target in goals], dtype=np.int64)
     best, more = (0.0, 0, (0, 0)), True
-    while True:
-        found = [goal for goal in goals if goal[2] in ways.found]
-        best = max([best, *((gain(cells, ways.found[target]), -rank, target) for rank, cells, target in found)])
+    while goals:
+        found = [k for k, (_, target) in enumerate(goals) if target in ways.found]
+        won = [(int(size[k]) / (ground.length_m(ways.found[goals[k][1]]) + config.settle_m), k) for k in found]
+        best = max([best, *((gain, -goals[k][0], goals[k][1]) for gain, k in won)])
         # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
-        goals = [
-            goal
-            for goal in goals
-            if goal[2] not in ways.found and gain(goal[1], max(ways.reached, least(start, goal[2]))) >= best[0]
-        ]
-        if not goals or not more:
-            return (order[-best[1]], ways.path(best[2])) if best[0] > 0.0 else (None, None)
-        for _ in range(ROUND):
+        length_m = np.maximum(straight, ways.reached) / STRAIGHT * ground.cell_m
+        may = size / (length_m + config.settle_m) >= best[0]
+        may[found] = False
+        goals, size, straight = [goals[k] for k in np.flatnonzero(may).tolist()], size[may], straight[may]
+        if not more:
+            break
+        for _ in range(ROUND if goals else 0):
             more = ways.go_on()
+    return (int(order[-best[1]]), ways.path(best[2])) if best[0] > 0.0 else (None, None)
 
 
-def _gain(region: Region, pose: Pose, config: FrontierConfig) -> float:
-    """What a region would be worth if its nearest cell lay straight ahead."""
-    straight = dmath.hypot(region.centre[0] - pose.x, region.centre[1] - pose.y)
-    return region.cells / (max(0.0, straight - 0.05 * region.cells) + config.settle_m)
+def _promise(regions: list[Region], cells: Ints, pose: Pose, config: FrontierConfig) -> Floats:
+    """What each region would be worth if its nearest cell lay straight ahead."""
+    centres = np.array([region.centre for region in regions]).reshape(-1, 2)
+    straight = dmath.hypot(centres[:, 0] - pose.x, centres[:, 1] - pose.y)
+    # The centre may lie up to the region's own size nearer than its cell to go to.
+    return np.asarray(cells / (np.maximum(0.0, straight - 0.05 * cells) + config.settle_m))
 
 
 def _regions(frontier: int, ground: Ground, config: FrontierConfig) -> tuple[int, list[Region]]:

@@ -62,10 +62,11 @@ def turns_in_place(odometry: Odometry, config: CutConfig) -> list[tuple[int, int
     same = np.diff(odometry.session) == 0
     found: list[tuple[int, int]] = []
     begin, last, way = 0, 0, 0
-    for k in range(len(turned)):
-        turning = still[k] and same[k] and abs(turned[k]) >= config.turning
-        direction = int(np.sign(turned[k])) if turning else 0
-        broken = not (still[k] and same[k]) or odometry.t_ns[k + 1] - odometry.t_ns[last] > config.pause_ns
+    in_place = (still & same).tolist()
+    directions = (np.sign(turned) * (still & same & (np.abs(turned) >= config.turning))).tolist()
+    t_ns = odometry.t_ns.tolist()
+    for k, direction in enumerate(directions):
+        broken = not in_place[k] or t_ns[k + 1] - t_ns[last] > config.pause_ns
         if way and (broken or direction == -way):
             found += _whole_turns(odometry, begin, last, config)
             way = 0
@@ -89,9 +90,13 @@ def _whole_turns(odometry: Odometry, begin: int, end: int, config: CutConfig) ->
 
 def _scans(log: Log, config: CutConfig) -> Iterator[tuple[Ints, Sweep]]:
     odometry, readings = log.odometry, log.readings
+    order = np.argsort(readings.t_ns, kind="stable")
+    times = readings.t_ns[order]
     for begin, end in turns_in_place(odometry, config):
-        inside = (readings.t_ns >= odometry.t_ns[begin]) & (readings.t_ns <= odometry.t_ns[end])
-        chosen = np.flatnonzero(inside & (readings.session == odometry.session[begin]))
+        first = np.searchsorted(times, odometry.t_ns[begin], side="left")
+        last = np.searchsorted(times, odometry.t_ns[end], side="right")
+        inside = np.sort(order[first:last])
+        chosen = inside[readings.session[inside] == odometry.session[begin]]
         if len(chosen) >= config.min_readings:
             middle = (odometry.heading[begin] + odometry.heading[end]) // 2
             reference = int(np.argmin(np.abs(readings.heading[chosen] - middle)))
