@@ -169,6 +169,35 @@ def test_the_command_says_it_draws_it_and_exits_with_1(paper: Path, odometry: Pa
     assert json.loads(plain.output)["first"]["name"] == "self-calibration"
 
 
+def test_a_bad_side_is_one_clear_sentence(
+    folder: Path, paper: Path, short_recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    half = folder / "half.run.mcap"
+    half.write_bytes(paper.read_bytes()[: paper.stat().st_size // 2])
+    sides = {
+        (str(half), str(paper)): "cut off or unreadable",
+        (f"{short_recording}@paper", str(paper)): "different recordings, and not of one drive",
+        (f"{short_recording}@paper", f"{short_recording}@paper:map.cell_m=0.1"): "have cells of 5 cm and 10 cm",
+        (f"{short_recording}@paper", f"{short_recording}@paper:map.cell=0.1"): "no setting 'map.cell'",
+        (f"{short_recording}@paper", f"{short_recording}@git:no-such-revision"): "no code of revision",
+    }
+    for pair, words in sides.items():
+        assert run_command(["diff", *pair, "-q"]) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert words in said.err
+        assert len(said.err.splitlines()) == 1
+
+
+def test_everything_is_written_beside(paper: Path, odometry: Path, tmp_path: Path) -> None:
+    files = {option: tmp_path / f"d.{option}" for option in ("png", "html", "rrd", "junit")}
+    words = ["--png", str(files["png"]), "--html", str(files["html"]), "--viz", str(files["rrd"])]
+    words += ["--junit", str(files["junit"])]
+    assert run_command(["diff", str(odometry), str(paper), *words]) == 1
+    assert all(path.stat().st_size > 100 for path in files.values())
+    assert run_command(["diff", str(odometry), str(paper), "--html", str(files["html"])]) == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [(["paper", "paper"], 0), (["odometry", "paper"], 1), (["paper"], 2), (["paper", "no such file"], 2),

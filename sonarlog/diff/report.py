@@ -29,6 +29,9 @@ ALONG_M, ALONG_RAD = 0.25, np.radians(15.0)
 """Two recordings are of one drive if odometry has most of their sweeps nearer together than this."""
 
 
+LENGTHS = {"longer", "shorter"}
+
+
 class NotComparable(SonarlogError):
     """Two runs that cannot be held against one another."""
 
@@ -111,14 +114,11 @@ class Report:
         given = self.tolerance
         if given is None or self.sweeps[0] != self.sweeps[1]:
             return False
-        whole = all(len(change.a) == len(change.b) == 1 for change in self.walls)
-        moved = max((1000 * abs(change.moved_m) for change in self.walls if change.kinds), default=0.0)
         return (
             1000 * self.path.largest_m <= given.mm
             and self.path.largest_heading_deg <= given.deg
             and self.cells.cells <= given.cells
-            and whole
-            and moved <= given.mm
+            and all(_within(change, given) for change in self.walls)
         )
 
     @property
@@ -148,6 +148,13 @@ class Report:
         from sonarlog.diff.plain import report_data
 
         return report_data(self)
+
+
+def _within(change: WallChange, given: Tolerance) -> bool:
+    """Whether it is one wall on both sides, and what is told of it is within the tolerance."""
+    far = max(abs(change.moved_m) * ("moved" in change.kinds), abs(change.longer_m) * bool({*change.kinds} & LENGTHS))
+    turned = abs(change.turned_deg) * ("turned" in change.kinds)
+    return len(change.a) == len(change.b) == 1 and 1000 * far <= given.mm and turned <= given.deg
 
 
 def _weight(change: WallChange) -> float:
