@@ -27,7 +27,7 @@ from sonarlog.calibration.equations import (
     rows_of,
 )
 from sonarlog.calibration.observations import Stretch
-from sonarlog.log import Floats
+from sonarlog.log import Floats, Ints
 
 HUBER = 2.5
 MISFIT = 4.0  # mean square, in units of its noise, from which a sighting is doubted
@@ -55,17 +55,17 @@ class Priors:
 
 @dataclass(frozen=True)
 class Adjusted:
-    """The robot's errors (4 + sonars,), their covariance, and how good what was measured turned out to be."""
+    """The robot's errors (4 + sonars,), their covariance, and how good what was measured turned out to be.
+
+    `sigma` (4 + sonars,) is one standard deviation without the sighting that matters most to it: what hangs on a single
+    sighting, which nothing checks, is not known.
+    """
 
     errors: Floats
     covariance: Floats
+    sigma: Floats
     noise: Noise
     arcs: int
-
-    @property
-    def sigma(self) -> Floats:
-        """One standard deviation of each."""
-        return np.sqrt(np.diag(self.covariance))
 
 
 def adjust(stretches: Sequence[Stretch], sonars: int, priors: Priors) -> Adjusted:
@@ -75,19 +75,19 @@ def adjust(stretches: Sequence[Stretch], sonars: int, priors: Priors) -> Adjuste
     seen = np.zeros(sonars)
     for fit in fits:
         seen += np.bincount(fit.stretch.arcs.sonar, minlength=sonars)
-    covariance = np.diag(priors.of(sonars) ** 2)
+    covariance, variance = np.diag(priors.of(sonars) ** 2), priors.of(sonars) ** 2
     for number in range(ROUNDS):
-        step, covariance, noise = _round(fits, errors, noise, priors, seen > 0, learn=number >= 3)
+        step, covariance, variance, noise = _round(fits, errors, noise, priors, seen > 0, learn=number >= 3)
         errors = errors + step
         if number > 6 and np.abs(step).max() < SETTLED:
             break
-    return Adjusted(errors, covariance, noise, int(seen.sum()))
+    return Adjusted(errors, covariance, np.sqrt(variance), noise, int(seen.sum()))
 
 
 def _round(
     fits: list[Fit], errors: Floats, noise: Noise, priors: Priors, seen: Bools, *, learn: bool
-) -> tuple[Floats, Floats, Noise]:
-    """One step of Gauss and Newton: how the errors move, their covariance, and the noise as it shows."""
+) -> tuple[Floats, Floats, Floats, Noise]:
+    """One step of Gauss and Newton: the move, covariance, variance without one sighting, noise as it shows."""
     prior = 1.0 / priors.of(len(seen)) ** 2
     normal, right = np.diag(prior), -prior * errors
     mean = np.concatenate([np.zeros(SONARS), seen / max(1, seen.sum())])
@@ -96,7 +96,7 @@ def _round(
     parts = []
     for fit in fits:
         rows = _weighted(rows_of(fit, errors, noise), fit, noise)
-        own = np.linalg.inv(rows.own.T @ rows.own)
+        own = np.asarray(np.linalg.inv(rows.own.T @ rows.own), dtype=np.float64)
         coupling = rows.own.T @ rows.shared
         reduced = own @ coupling
         gradient = rows.own.T @ rows.residual
@@ -106,13 +106,33 @@ def _round(
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     step: Floats = covariance @ right
     squares, redundancy = np.zeros(OTHERS + 1), np.zeros(OTHERS + 1)
+    variance = np.diag(covariance)
     for fit, (rows, own, reduced, gradient) in zip(fits, parts, strict=True):
         fit.move(-own @ gradient - reduced @ step)
         along = rows.shared - rows.own @ reduced
         leverage = np.sum((rows.own @ own) * rows.own, axis=1) + np.sum((along @ covariance) * along, axis=1)
         squares += np.bincount(rows.kind, rows.residual**2, OTHERS + 1)
         redundancy += np.bincount(rows.kind, rows.used - leverage, OTHERS + 1)
-    return step, covariance, _learned(noise, squares, redundancy) if learn else noise
+        variance = np.maximum(variance, _without_one(rows, along, own, covariance, fit.sighting))
+    return step, covariance, variance, _learned(noise, squares, redundancy) if learn else noise
+
+
+def _without_one(rows: Rows, along: Floats, own: Floats, covariance: Floats, sighting: Ints) -> Floats:
+    """The shared errors' variances without the sighting that each hangs on most.
+
+    Woodbury's identity takes a few rows out of a solved problem; `along` is what the rows say of the shared errors
+    once their own unknowns have given way.
+    """
+    worst: Floats = np.diag(covariance)
+    for number in range(int(sighting.max()) + 1):
+        arcs = np.flatnonzero(sighting == number)
+        chosen = np.concatenate([arcs, arcs + len(sighting)])
+        part = along[chosen]
+        inside = rows.own[chosen] @ own @ rows.own[chosen].T + part @ covariance @ part.T
+        across = covariance @ part.T
+        left = (1.0 + ALMOST_NONE**2) * np.eye(len(chosen)) - inside
+        worst = np.maximum(worst, np.diag(covariance) + np.sum(across * np.linalg.solve(left, across.T).T, axis=1))
+    return worst
 
 
 def _learned(noise: Noise, squares: Floats, redundancy: Floats) -> Noise:
