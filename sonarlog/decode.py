@@ -78,15 +78,19 @@ class WireDecoder:
     """Received bytes in, samples out; `counts` says by name what was used and what was left out."""
 
     def __init__(self, robot: Robot) -> None:
-        self.robot = robot
         self.counts: Counter[str] = Counter()
         self._framer = Framer()
         self._session = 0
         self._broken = False  # odometry is known not to go on from the SIP before
         self._last: _Last | None = None
         self._units = (0, 0, 0)  # odometry unwrapped, in the robot's units
-        self._corrected = reckoning(robot.calibration)
         self._last_fired_ns: int | None = None
+        self.become(robot)
+
+    def become(self, robot: Robot) -> None:
+        """Go on with the parameters of the robot that has turned out to be there."""
+        self.robot = robot
+        self._corrected = reckoning(robot.calibration)
         self._nm = round(robot.mm_per_unit * 1e6)
         self._range_nm = round(robot.range_mm_per_unit * 1e6)
         self._ages_ms: dict[int, list[int]] = {}  # of the readings of a SIP, by how many there are

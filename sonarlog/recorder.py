@@ -13,6 +13,7 @@ from sonarlog.decode import Sample, WireDecoder
 from sonarlog.drive import Driver
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event
+from sonarlog.moves import Mover
 from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import ConfigPacket, Sync
 from sonarlog.recording import RecordingWriter
@@ -61,16 +62,23 @@ class Status:
 class Plan:
     """What to record. `route` None: without moving. `robot` None: the one the robot says it is.
 
-    `rate`: how much faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is
+    `mover` makes whoever drives, instead of a route; with `recovers` it sees to stalls and bumps itself. `rate`: how much faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is
     refused.
     """
 
     route: Route | None = None
     robot: Robot | None = None
+    mover: Callable[[Robot], Mover] | None = None
+    recovers: bool = False
     speed_mm_s: float = 300.0
     limit_ns: int | None = None
     rate: float = 1.0
     real: bool = False
+
+    @property
+    def drives(self) -> bool:
+        """Whether the robot is to move."""
+        return self.route is not None or self.mover is not None
 
     @property
     def patience_ns(self) -> int:
@@ -103,11 +111,11 @@ class Recorder:
         self._show = show
         self._robot = plan.robot or load_robot(DEFAULT_ROBOT)
         self._decoder = WireDecoder(self._robot)
-        self._session = Session(drive=plan.route is not None, patience_ns=plan.patience_ns)
+        self._session = Session(drive=plan.drives, patience_ns=plan.patience_ns, recovers=plan.recovers)
         self._connection = Connection(link, self._session, wall_ns, again)
         self._scribe = Scribe(writer, wall_ns, waits=link.waits)
         self._transcript = Transcript(writer, self._scribe)
-        self._driver: Driver | None = None
+        self._driver: Mover | None = None
         self._identified: Identity | None = None
         self._held = False
         self._bad_told = 0
@@ -214,9 +222,13 @@ class Recorder:
         self._transcript.sample(sample)
         if self._identified:
             self._show(sample, self._robot)
-        if self._driver and self._session.ready and not self._held and sample.pose is not None:
-            self._transmit(self._driver.step(sample))
-            self._pass_on(self._driver.take_events())
+        if self._driver:
+            self._driver.hear(sample)
+            if self._session.ready and not self._held and sample.pose is not None:
+                self._transmit(self._driver.step(sample))
+                self._pass_on(self._driver.take_events())
+                for decided in self._driver.take_decisions():
+                    self._transcript.decision(decided)
 
     def _identify(self, t_ns: int) -> None:
         """Write down who the robot is, once its name is known, and again with what its CONFIG packet adds."""
@@ -246,8 +258,10 @@ class Recorder:
         elif self._plan.robot is None:
             text = f"robot type {identity.subclass!r} is not known: taken for {DEFAULT_ROBOT} (name yours with --robot)"
             self._event(Event(t_ns, "warn", text))
-        self._decoder.robot = self._robot
-        if self._plan.route is not None and self._driver is None:
+        self._decoder.become(self._robot)
+        if self._driver is None and self._plan.mover is not None:
+            self._driver = self._plan.mover(self._robot)
+        elif self._driver is None and self._plan.route is not None:
             self._driver = Driver(self._plan.route, self._robot, speed_mm_s=self._plan.speed_mm_s)
 
     def _surfaces(self, identity: Identity) -> None:

@@ -80,13 +80,15 @@ class Session:
     """Says when to send what.
 
     `drive` asks for the motors. `patience_ns`: how long to wait for an answer, in robot time; so long without a SIP
-    the robot is told to stop, and five times so long it is given up. `halted` says why it may drive no more.
+    the robot is told to stop, and five times so long it is given up. `halted` says why it may drive no more;
+    whoever drives and `recovers` from stalls and bumps by itself gets some seconds for that.
     """
 
-    def __init__(self, *, drive: bool, patience_ns: int = SECOND) -> None:
+    def __init__(self, *, drive: bool, patience_ns: int = SECOND, recovers: bool = False) -> None:
         self.halted = ""
         self._drive = drive
         self._patience_ns = patience_ns
+        self._recovers = recovers
         self._told: set[str] = set()
         self._events: list[Event] = []
         self.restart(0)
@@ -97,7 +99,7 @@ class Session:
         self.config: ConfigPacket | None = None
         self.motors = False
         self.stage = Stage.SYNC0
-        self._guard = Guard()
+        self._guard = Guard(recovers=self._recovers)
         self._most_tries = tries
         self._tries = 0  # of one step of the handshake
         self._cleared = 0  # how often a robot still open was closed
@@ -208,7 +210,7 @@ class Session:
         if self.stage is Stage.OPENING:
             self.stage = Stage.OPEN
             self._sonar_ns = t_ns
-            self._guard = Guard()  # a robot just opened has its motors off
+            self._guard = Guard(recovers=self._recovers)  # a robot just opened has its motors off
         if self._silent:
             self._silent = False
             self._event(t_ns, "warn", "the robot is heard again")

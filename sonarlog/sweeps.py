@@ -3,7 +3,7 @@
 Must not know: packets, files. Integers only: the same log gives the same sweeps everywhere.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
@@ -56,6 +56,15 @@ def cut(log: Log, config: CutConfig | None = None) -> Cut:
 
 def turns_in_place(odometry: Odometry, config: CutConfig) -> list[tuple[int, int]]:
     """Full turns as (first, last) rows of the odometry; two turns without a stop between them are two."""
+    found, (begin, last) = finished_turns(odometry, config)
+    return found + (_whole_turns(odometry, begin, last, config) if last > begin else [])
+
+
+def finished_turns(odometry: Odometry, config: CutConfig) -> tuple[list[tuple[int, int]], tuple[int, int]]:
+    """Those full turns that no later row can change, and (first, last) of the turn that still goes on.
+
+    Where none does, both are the last row: from the first of the two on it is to be looked again.
+    """
     moved = np.abs(np.diff(odometry.x_um)) + np.abs(np.diff(odometry.y_um))
     turned = np.diff(odometry.heading)
     still = moved <= config.still_um
@@ -74,7 +83,8 @@ def turns_in_place(odometry: Odometry, config: CutConfig) -> list[tuple[int, int
             begin, way = k, direction
         if direction:
             last = k + 1
-    return found + (_whole_turns(odometry, begin, last, config) if way else [])
+    end = max(0, len(odometry.t_ns) - 1)
+    return found, (begin, last) if way else (end, end)
 
 
 def _whole_turns(odometry: Odometry, begin: int, end: int, config: CutConfig) -> list[tuple[int, int]]:
@@ -89,10 +99,15 @@ def _whole_turns(odometry: Odometry, begin: int, end: int, config: CutConfig) ->
 
 
 def _scans(log: Log, config: CutConfig) -> Iterator[tuple[Ints, Sweep]]:
+    return scans_of(log, turns_in_place(log.odometry, config), config)
+
+
+def scans_of(log: Log, turns: Iterable[tuple[int, int]], config: CutConfig) -> Iterator[tuple[Ints, Sweep]]:
+    """The sweep of each turn with enough readings, and which of the log's readings are in it."""
     odometry, readings = log.odometry, log.readings
     order = np.argsort(readings.t_ns, kind="stable")
     times = readings.t_ns[order]
-    for begin, end in turns_in_place(odometry, config):
+    for begin, end in turns:
         first = np.searchsorted(times, odometry.t_ns[begin], side="left")
         last = np.searchsorted(times, odometry.t_ns[end], side="right")
         inside = np.sort(order[first:last])

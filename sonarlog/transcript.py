@@ -5,6 +5,7 @@ Must not know: the line, the session, routes.
 
 from sonarlog.decode import Sample, true_pose
 from sonarlog.log import Event, Surfaces
+from sonarlog.moves import Decided
 from sonarlog.protocol.packets import SimStat, Sip
 from sonarlog.recording import RecordingWriter
 from sonarlog.robot import Robot
@@ -29,6 +30,10 @@ class Transcript:
     def event(self, event: Event) -> None:
         """Something that happened."""
         self._do(self._writer.event, event.t_ns, event.level, event.text)
+
+    def decision(self, decided: Decided) -> None:
+        """What was decided."""
+        self._do(self._writer.decision, decided.t_ns, decided.json)
 
     def identity(self, known: dict[str, str], robot: Robot) -> None:
         """Who the robot is; from here on its SIPs are written."""

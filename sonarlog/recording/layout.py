@@ -16,6 +16,7 @@ POINTS = "/sonar/points"
 BATTERY = "/battery"
 EVENTS = "/rosout"
 TRUTH = "/truth"
+DECISIONS = "/decision"  # of explorations
 
 MAP_FRAME, ODOM_FRAME, BASE_FRAME = "map", "odom", "base_link"  # then sonar_0, sonar_1, …
 

@@ -175,6 +175,12 @@ class RecordingWriter:
         """Something that happened: level "info", "warn" or "error"."""
         self._write(layout.EVENTS, t_ns, ros2.Log(self._stamp(t_ns), ros2.LEVELS[level], "sonarlog", text))
 
+    def decision(self, t_ns: int, text: str) -> None:
+        """What a robot that explores decided, as JSON (docs/exploration.md)."""
+        if layout.DECISIONS not in self._channels:
+            self._channels[layout.DECISIONS] = self._channel(layout.DECISIONS, ros2.StringMessage)
+        self._write(layout.DECISIONS, t_ns, ros2.StringMessage(text))
+
     def flush(self, *, fsync: bool = False) -> None:
         """Close the chunk in progress; what was written before survives a kill, with `fsync` a power cut."""
         self._file.flush(fsync=fsync)

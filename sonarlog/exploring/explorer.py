@@ -1,0 +1,216 @@
+"""The explorer: scan, decide, drive to where the next scan shows most, until nothing reachable is unknown.
+
+The robot stands while it is decided. Must not know: the port, files, how a goal is chosen.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import atan2, degrees, hypot
+
+import numpy as np
+
+from slam.algorithms import Algorithm
+from slam.dmath import Floats
+from slam.geometry import Pose
+from slam.pipeline import Step
+from sonarlog.decode import Sample
+from sonarlog.exploring.live_sweeps import LiveSweeps
+from sonarlog.exploring.mapper import Mapper
+from sonarlog.moves import STAND, Decided, Motion, Mover, Moves, Pause, Script, distance
+from sonarlog.protocol.packets import Sip
+from sonarlog.robot import Robot
+from sonarlog.surroundings import wrap
+
+SECOND = 1_000_000_000
+AHEAD_M = 0.30  # the point of the path that the robot steers at is so far along it
+STOP_M = 0.12  # room before the hull at which the robot stands
+ON_THE_SPOT_DEG = 25.0  # further off than this it turns before it goes on
+WAIT_NS = 1_500_000_000  # an echo heard once is no wall
+BACK_M = 0.12  # off what was touched
+POOR = 3  # scans in a row that give no sweep: something is wrong with the robot
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When to end though there is more to see, and how fast to go."""
+
+    max_time_ns: int | None = None
+    max_distance_m: float | None = None
+    min_volts: float = 0.0
+    come_back: bool = False
+    speed_mm_s: float = 300.0
+    turn_deg_s: float = 45.0
+    scan_deg_s: float = 12.0
+
+
+class Explorer(Mover):
+    """Drives by the decisions of block I. `ask_end` ends it at the next chance, by the way home if that is wanted."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        algorithm: Algorithm,
+        limits: Limits,
+        *,
+        watch: Callable[[Step], None] = lambda _step: None,
+    ) -> None:
+        """`watch` sees every step; it must not wait."""
+        super().__init__(robot, speed_mm_s=limits.speed_mm_s, scan_deg_s=limits.scan_deg_s)
+        self.ended = ""
+        self.metres = 0.0
+        self._limits = limits
+        self._turn_rate = min(limits.turn_deg_s, robot.max_turn_deg_s)
+        self._sweeps = LiveSweeps(robot)
+        self._mapper = Mapper(robot, algorithm)
+        self._watch = watch
+        self._decisions: list[Decided] = []
+        self._volts: float | None = None
+        self._asked = ""
+        self._last_turn = -1
+        self._began_ns: int | None = None
+
+    def ask_end(self, why: str) -> None:
+        """End at the next chance; `why` in words."""
+        self._asked = self._asked or why
+
+    def take_decisions(self) -> list[Decided]:
+        """What was decided since this was asked last."""
+        decisions, self._decisions = self._decisions, []
+        return decisions
+
+    def hear(self, sample: Sample) -> None:
+        """Every packet: sweeps are cut from them, as a replay will."""
+        self._sweeps.hear(sample)
+        if isinstance(sample.packet, Sip):
+            tenths = sample.packet.extra("battery_x10")
+            self._volts = (tenths if tenths else sample.packet.battery) / 10
+
+    def _drive(self) -> Script:
+        poor = 0
+        while not self.ended:
+            yield from self._scan(-self._last_turn)
+            self._last_turn = -self._last_turn
+            step = self._think()
+            poor = 0 if step else poor + 1
+            if poor >= POOR:
+                self.ended = f"{POOR} scans in a row gave no sweep"
+            elif step:
+                self.ended = self._over(step)
+                if not self.ended:
+                    yield from self._to(step)
+        self._event("info", f"the exploration ends: {self.ended}")
+        if self._limits.come_back:
+            yield from self._home()
+
+    def _think(self) -> Step | None:
+        """Let the pipeline have what was seen; the last step, None if there was no sweep."""
+        step = None
+        for sweep in self._sweeps.take():
+            step, told = self._mapper.take(sweep)
+            self._decisions.append(Decided(self._now_ns, told))
+            self._watch(step)
+        if step is not None:
+            self._event("info", f"station {self._mapper.count - 1}: {described(step)}")
+        return step
+
+    def _over(self, step: Step) -> str:
+        """Why to end here, or nothing."""
+        limits = self._limits
+        if self._asked:
+            return self._asked
+        if self._began_ns is None:
+            self._began_ns = self._now_ns
+        if step.decision.chosen is None:
+            return "nothing reachable is unknown"
+        if limits.max_time_ns is not None and self._now_ns - self._began_ns >= limits.max_time_ns:
+            return "the time is up"
+        if limits.max_distance_m is not None and self._path >= limits.max_distance_m:
+            return f"{self._path:.1f} m are driven"
+        if self._volts is not None and self._volts < limits.min_volts:
+            return f"the battery is low: {self._volts:.1f} V"
+        return ""
+
+    def _to(self, step: Step) -> Moves:
+        """Along the path to where the next scan is due."""
+        return (yield from self._along(step.decision.path[: leg_of(step.decision.path)], step))
+
+    def _along(self, path: Floats, step: Step) -> Moves:
+        """Along a path in the map frame; True where something is in the way."""
+        points = carried(path, step)
+        waited_ns: int | None = None
+        self._stalled = False
+        at = 0
+        while True:
+            at, aim, left = _ahead(points, at, self._here.x, self._here.y)
+            if left < 0.06:
+                break
+            off = wrap(degrees(atan2(aim[1] - self._here.y, aim[0] - self._here.x)) - self._here.heading_deg)
+            if abs(off) > ON_THE_SPOT_DEG:
+                self._last_turn = 1 if off > 0 else -1
+                if (yield from self._rotate(off, self._turn_rate)):
+                    return True
+                yield from self._rest()
+                continue
+            speed = min(self._speed, 60 + 900 * left, 900 * (self._room(1) - STOP_M)) * max(0.3, 1 - abs(off) / 40)
+            if self._stalled:
+                yield from self._back_off()
+                return True
+            if speed < 25:
+                waited_ns = waited_ns or self._now_ns
+                if self._now_ns - waited_ns > WAIT_NS:
+                    self._event("warn", f"something is in the way, {left:.2f} m before the next scan")
+                    return True
+                yield STAND
+                continue
+            waited_ns = None
+            yield Motion(speed, max(-self._turn_rate, min(self._turn_rate, 2.0 * off)))
+        yield from self._rest()
+        return False
+
+    def _back_off(self) -> Pause:
+        """Off what the robot ran into."""
+        self._event("warn", "the wheels stalled: backing off")
+        yield from self._rest()
+        begin = self._here
+        began_ns = self._now_ns
+        while distance(begin, self._here) < BACK_M and self._now_ns - began_ns < 2 * SECOND and self._room(-1) > 0.05:
+            yield Motion(-80.0)
+        yield from self._rest()
+
+    def _home(self) -> Pause:
+        yield STAND
+
+
+def described(step: Step) -> str:
+    """What was seen, how far the pose was off, where to go and why."""
+    decision = step.decision
+    moved = step.calibrated.predicted.step_to(step.pose)
+    seen = f"{len(step.features.walls)} walls, {len(step.association.links)} known"
+    corrected = f"corrected by {100 * hypot(moved.x, moved.y):.0f} cm, {degrees(moved.theta):+.1f}°"
+    if decision.chosen is None:
+        return f"{seen}; {corrected}; nowhere to go"
+    region = decision.regions[decision.chosen]
+    x, y = region.centre
+    return f"{seen}; {corrected}; to the frontier of {region.cells} cells at ({x:.1f}, {y:.1f}) m"
+
+
+def carried(path: Floats, step: Step) -> Floats:
+    """The path (n, 2) of the map frame in the odometry's, metres."""
+    to_odometry = step.calibrated.odometry.compose(step.pose.step_to(Pose(0.0, 0.0, 0.0)))
+    return to_odometry.points(path)
+
+
+def leg_of(path: Floats) -> int:
+    """How many points of the path to go before the next scan."""
+    gone = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
+    return int(np.searchsorted(gone, 0.8)) + 1
+
+
+def _ahead(points: Floats, at: int, x: float, y: float) -> tuple[int, tuple[float, float], float]:
+    """The nearest point of the path not before `at`, the point to steer at, and metres left to the end."""
+    window = points[at : at + 12]
+    at += int(np.argmin(np.hypot(window[:, 0] - x, window[:, 1] - y)))
+    gone = np.cumsum(np.hypot(*np.diff(points[at:], axis=0).T)) if at + 1 < len(points) else np.zeros(0)
+    aim = points[min(at + int(np.searchsorted(gone, AHEAD_M)) + 1, len(points) - 1)]
+    left = hypot(points[-1, 0] - x, points[-1, 1] - y) if at + 3 >= len(points) else float(gone[-1])
+    return at, (float(aim[0]), float(aim[1])), left
