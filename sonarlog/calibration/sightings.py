@@ -7,13 +7,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from slam.algorithms import algorithm
-from slam.association import WALL, Chains, associate
+from slam.association import POINT, WALL, Chains, associate
 from slam.features import extract_features
 from slam.geometry import ORIGIN, Pose, Segment
 from slam.localisation import search
 from slam.reliability import analyse_reliability
 from slam.self_calibration import Calibration, self_calibrate
 from slam.sweep import SonarRing, Sweep
+
+OFTEN = 4  # sightings
 
 
 @dataclass(frozen=True)
@@ -54,5 +56,11 @@ def _predicted(last: tuple[Pose, Pose] | None, odometry: Pose, rotation_scale: f
 
 
 def sure_walls(chains: Chains) -> set[int]:
-    """The chains that parallax has told to be walls: corners and poles answer like one, but stay as the robot moves."""
-    return {member.chain for member in chains.members if member.nature == WALL}
+    """The chains that parallax has told to be walls: corners and poles answer like one, but stay as the robot moves.
+
+    What was seen often and never from aside may be either, and says the same either way.
+    """
+    natures: dict[int, list[int]] = {}
+    for member in chains.members:
+        natures.setdefault(member.chain, []).append(member.nature)
+    return {chain for chain, seen in natures.items() if WALL in seen or (POINT not in seen and len(seen) >= OFTEN)}
