@@ -146,8 +146,7 @@ def compared(
     labels = (sides[0].label, sides[1].label) if sides[0].label != sides[1].label else asked
     names = labels if any(isinstance(side, Version) for side in sides) and labels[0] != labels[1] else None
     try:
-        a = _run(sides[0], cache, quiet=quiet)
-        b = a if sides[0] == sides[1] else _run(sides[1], cache, quiet=quiet)
+        a, b = _both(sides[0], sides[1], cache, quiet=quiet)
         report = diff_runs(a, b, names=names, asked=asked, tolerance=tolerance)
         return judged(name, report, gate)
     except BadCondition:
@@ -156,6 +155,24 @@ def compared(
         if not many:
             raise
         return Outcome(name, None, str(error))
+
+
+def _both(a: "RunFile | Version", b: "RunFile | Version", cache: "RunCache", *, quiet: bool) -> "tuple[Run, Run]":
+    """Both runs; what another revision replays in a process of its own does not keep the other side waiting."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from sonarlog.making import run_of
+    from sonarlog.sides import Version
+
+    if a == b:
+        run = _run(a, cache, quiet=quiet)
+        return run, run
+    if isinstance(a, Version) and a.revision and isinstance(b, Version):
+        with ThreadPoolExecutor(1) as pool:
+            soon = pool.submit(run_of, a, cache)
+            made = _run(b, cache, quiet=quiet)
+            return soon.result(), made
+    return _run(a, cache, quiet=quiet), _run(b, cache, quiet=quiet)
 
 
 def _run(side: "RunFile | Version", cache: "RunCache", *, quiet: bool) -> "Run":

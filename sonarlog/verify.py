@@ -155,7 +155,7 @@ def _parting(run: Run, again: Run, k: int, block: str) -> Parting:
         return Parting(k, MAP, "the map", words, inputs, (None, None), ())
     outputs = (read_canonical(mine[block]) if mine else None, read_canonical(yours[block]))
     differences = tuple(apart(*outputs)) if mine else ()
-    said = decided(block, (run.sweeps[k].data, again.sweeps[k].data), outputs, differences)
+    said = decided(block, (run.sweeps[k].data, again.sweeps[k].data), outputs, differences, run.grid.cell_m)
     words = f"run: {said[0]}; replay: {said[1]}"
     return Parting(k, block, BLOCKS[block][0], words, inputs, outputs, differences)
 

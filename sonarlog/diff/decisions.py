@@ -13,24 +13,38 @@ from sonarlog.words import block_lines, counted, wall_line
 
 Values = Mapping[str, Any]
 Said = tuple[str, str]
+Teller = Callable[[Any, Any], Said | None]
 NATURES = ("a wall or a point", "a wall", "a point")
 
 
-def decided(block: str, steps: tuple[Values, Values], outputs: tuple[Any, Any], found: tuple[Apart, ...]) -> Said:
+def decided(
+    block: str, steps: tuple[Values, Values], outputs: tuple[Any, Any], found: tuple[Apart, ...], cell_m: float
+) -> Said:
     """What the block made of the sweep in A and in B, where they differ.
 
     `steps` are the steps' plain values, `outputs` the block's canonical values in plain terms (None where a run keeps
-    none), `found` what differs in these.
+    none), `found` what differs in these; `cell_m` is the size of the map's cells. Runs of two versions of the code may
+    have other values: then by name.
     """
-    said: Said | None = None
-    if block == "E":
-        said = _chained(*steps)
-    if said is None and outputs[0] is not None and outputs[1] is not None:
-        said = _TOLD[block](*outputs) if block in _TOLD else None
-    if said is None:
-        mine, yours = (block_lines(step)[block] for step in steps)
-        said = (mine, yours) if mine != yours else None
-    return said or _values(found)
+    tellers: list[tuple[Teller, tuple[Any, Any]]] = [(_chained, steps)] if block == "E" else []
+    if block in _TOLD and outputs[0] is not None and outputs[1] is not None:
+        tellers.append((_TOLD[block], outputs))
+    if block == "H" and outputs[0] is not None and outputs[1] is not None:
+        tellers.append((lambda a, b: _evidence(a, b, cell_m), outputs))
+    tellers.append((lambda a, b: _lines(block, a, b), steps))
+    for tell, values in tellers:
+        try:
+            said = tell(*values)
+        except (KeyError, TypeError, IndexError, ValueError, AttributeError):
+            continue
+        if said is not None:
+            return said
+    return _values(found)
+
+
+def _lines(block: str, a: Values, b: Values) -> Said | None:
+    mine, yours = (block_lines(step)[block] for step in (a, b))
+    return (mine, yours) if mine != yours else None
 
 
 def _values(found: tuple[Apart, ...]) -> Said:
@@ -116,7 +130,7 @@ def _nature(number: int) -> str:
     return NATURES[number] if 0 <= number < len(NATURES) else f"nature {number}"
 
 
-def _evidence(a: Values, b: Values) -> Said | None:
+def _evidence(a: Values, b: Values, cell_m: float) -> Said | None:
     """H: how many cells get other evidence, and where it differs most."""
     left, bottom = (min(each[key] for each in (a, b)) for key in ("left", "bottom"))
     right = max(each["left"] + each["delta"].shape[1] for each in (a, b))
@@ -133,8 +147,9 @@ def _evidence(a: Values, b: Values) -> Said | None:
         return None
     row, column = (int(k) for k in np.unravel_index(int(np.argmax(off)), off.shape))
     cells = f"one of {counted(count, 'cell')} that differ" if count > 1 else "the one cell that differs"
-    mine, yours = (f"{int(whole[row, column]):+d} to cell ({left + column}, {bottom + row}), {cells}" for whole in laid)
-    return f"adds {mine}", f"adds {yours}"
+    x, y = (cell_m * (k + 0.5) for k in (left + column, bottom + row))
+    mine, yours = (f"adds {int(whole[row, column]):+d} at ({x:.2f}, {y:.2f}) m, {cells}" for whole in laid)
+    return mine, yours
 
 
 def _goals(a: Values, b: Values) -> Said | None:
@@ -167,11 +182,10 @@ def _sees(count: int, noun: str, only: str | None) -> str:
     return f"sees {counted(count, noun)}{f', alone one {only}' if only else ', none of its own'}"
 
 
-_TOLD: dict[str, Callable[[Values, Values], Said | None]] = {
+_TOLD: dict[str, Teller] = {
     "A": _readings,
     "C": _rcds,
     "D": _features,
     "E": _natures,
-    "H": _evidence,
     "I": _goals,
 }

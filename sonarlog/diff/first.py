@@ -58,7 +58,7 @@ def first_difference(a: Run, b: Run, sides: tuple[str, str] = ("A", "B")) -> Fir
     """The first sweep and block, in the order of Fig. 5, whose digests differ; None if none does. Raises BadRun."""
     for k, (mine, yours) in enumerate(zip(a.sweeps, b.sweeps, strict=False)):
         for letter in BLOCKS:
-            if mine.digests[letter] != yours.digests[letter]:
+            if mine.digests.get(letter) != yours.digests.get(letter):
                 return _difference(a, b, k, letter, sides)
         if mine.digests.get(MAP) != yours.digests.get(MAP):
             return _said(k, "H", _of_map(a, b))
@@ -89,7 +89,7 @@ def _difference(a: Run, b: Run, k: int, letter: str, sides: tuple[str, str]) -> 
     differences = tuple(apart(*outputs)) if letter in mine and letter in yours else ()
     blocks = yours or mine  # what the block took is the same on both sides, for nothing before it differs
     inputs = {f"{need} {BLOCKS[need][0]}": _plain(blocks, need) for need in NEEDS[letter] if need in blocks}
-    decisions = decided(letter, (a.sweeps[k].data, b.sweeps[k].data), outputs, differences)
+    decisions = decided(letter, (a.sweeps[k].data, b.sweeps[k].data), outputs, differences, a.grid.cell_m)
     return FirstDifference(k, letter, BLOCKS[letter][0], decisions, inputs, outputs, differences, sides)
 
 
