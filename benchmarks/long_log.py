@@ -1,0 +1,89 @@
+"""Does a sweep take longer as the log gets longer? A tour of a large building, recorded once, replayed with a clock.
+
+    python -m benchmarks.long_log FOLDER                   # 1 km: half an hour to record, a minute or two to replay
+    python -m benchmarks.long_log FOLDER --metres 200      # the same tour's beginning
+
+The recording stays in FOLDER (outside of git: some 30 MB) and is used again; one that was broken off is begun anew.
+"""
+
+import argparse
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.blocks import Times, measure
+from benchmarks.building import STATION_M, Building
+from slam.algorithms import DEFAULT, algorithm
+
+AROUND = 20
+"""A sweep's time is the mean of so many: one alone may have a chunk of the file to write."""
+
+EVERY = 100
+
+
+def recording(folder: Path, metres: float) -> Path:
+    """The recording of the tour's first metres, made if it is not there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path, world = folder / f"building-{metres:.0f}.mcap", folder / "building.toml"
+    if not path.exists():
+        world.write_text(Building().toml(metres), encoding="utf-8")
+        stations = max(1, round(metres / STATION_M))
+        route = f"repeat {stations} (scan; follow {STATION_M})"
+        port = f"sim://{world}?seed=1"
+        command = ["-m", "cli", "record", "--port", port, "--lean", "--force", "-o", str(path), "--route", route]
+        subprocess.run([sys.executable, *command], check=True)
+    return path
+
+
+def at(times: list[float], sweep: int) -> float:
+    """Milliseconds a sweep, around that one."""
+    near = times[max(0, sweep - AROUND // 2) : sweep + AROUND // 2]
+    return 1000.0 * float(np.mean(near))
+
+
+def tell(number: int, times: Times) -> None:
+    """Progress: a line every so many sweeps."""
+    if number % EVERY == EVERY - 1:
+        blocks = ", ".join(f"{name} {1000.0 * np.mean(each[-AROUND:]):.1f}" for name, each in times.blocks.items())
+        print(f"sweep {number + 1}: {at(times.whole, number):.1f} ms ({blocks})", file=sys.stderr, flush=True)
+
+
+def main(arguments: list[str]) -> None:
+    """Record, replay, and print what grew."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.long_log")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--metres", type=float, default=1000.0)
+    parser.add_argument("--algorithm", default=DEFAULT)
+    parser.add_argument("--sweeps", type=int, default=None, help="Replay so many only.")
+    parser.add_argument(
+        "--memory", action="store_true", help="Trace Python's memory instead of the clock: much slower."
+    )
+    asked = parser.parse_args(arguments)
+    path = recording(asked.folder, asked.metres)
+    run = asked.folder / f"{path.stem}.{asked.algorithm}.run.mcap"
+    if asked.memory:
+        tracemalloc.start()
+    times, step = measure(path, algorithm(asked.algorithm), run, sweeps=asked.sweeps, each=tell)
+    count = len(times.whole)
+    if asked.memory:
+        held, peak = tracemalloc.get_traced_memory()
+        print(f"{held / 1e6:.0f} MB held at the end, {peak / 1e6:.0f} MB at most, after {count} sweeps")
+        return
+    _, _, width, height = step.state.grid.bounds()
+    cell = step.state.grid.cell_m
+    print(f"{count} sweeps, {width * cell:.0f} × {height * cell:.0f} m, {len(step.state.chains.members)} walls chained")
+    print(f"reading and cutting {times.reading:.1f} s; a run of {run.stat().st_size / count / 1000:.0f} kB a sweep")
+    marks = [mark for mark in (100, 250, 500, 750, 1000, 1200) if mark + AROUND // 2 <= count]
+    print(f"| ms a sweep | {' | '.join(map(str, marks))} |\n|" + "---|" * (len(marks) + 1))
+    for name, each in {**times.blocks, "all": times.whole}.items():
+        print(f"| {name} | {' | '.join(f'{at(each, mark):.1f}' for mark in marks)} |")
+    if marks[1:]:
+        ratio = at(times.whole, marks[-1]) / at(times.whole, marks[0])
+        print(f"sweep {marks[-1]} takes {ratio:.2f} times as long as sweep {marks[0]}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
