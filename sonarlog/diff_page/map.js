@@ -300,6 +300,7 @@ function legend() {
   for (const name of ["unknown", "free", "occupied"]) add(name, filled(() => colour(name)));
   CHANGES.forEach((change, k) => add(change.name, filled((pen) => pen.createPattern(tiles[k], "repeat"))));
   const lined = (name, dash) => (pen, sample) => {
+    filled(() => colour("free"))(pen, sample);
     pen.strokeStyle = colour(name);
     pen.lineWidth = 3 * ratio;
     pen.setLineDash(dash.map((part) => part * ratio));

@@ -35,7 +35,7 @@ def payload(report: Report) -> dict[str, Any]:
         "laid": _cells(laid),
         "asIs": _cells(as_is) if as_is is not laid else None,
         "lay": [round(lay.x, 6), round(lay.y, 6), round(lay.theta, 8)],
-        "level": round(_level(report, surfaces), 6),
+        "level": round(level_of(report), 6),
         "paths": [_rows(a.path), _rows(b.path)],
         "odometry": _rows(raw_path_of(a.run)),
         "truth": _rows(truth),
@@ -76,9 +76,9 @@ def _truth(side: Side) -> tuple[Floats, Floats]:
     return path, surfaces_in_map(run.surfaces, frame).segments.reshape(-1, 4)
 
 
-def _level(report: Report, surfaces: Floats) -> float:
-    """The direction that lies level on the page."""
-    window = report.window
+def level_of(report: Report) -> float:
+    """The direction in A's map that lies level in a drawing."""
+    surfaces, window = _truth(report.a)[1], report.window
     rows, columns = np.nonzero((window.a == OCCUPIED) | (window.b == OCCUPIED))
     cells = np.column_stack([columns + window.left + 0.5, rows + window.bottom + 0.5]) * window.cell_m
     return level(surfaces.reshape(-1, 2) if len(surfaces) else cells, report.a.path[:, :2])

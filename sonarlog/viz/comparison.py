@@ -12,10 +12,11 @@ import numpy as np
 from slam.geometry import Pose
 from sonarlog.changes import A, B, change_pixels
 from sonarlog.diff import Report, Side, Wall, WallChange, Window
+from sonarlog.diff_page.payload import level_of
 from sonarlog.digest import BLOCKS
 from sonarlog.log import Floats
 from sonarlog.metrics import placed
-from sonarlog.picture import FREE, OCCUPIED, UNKNOWN, level
+from sonarlog.picture import FREE, OCCUPIED, UNKNOWN
 from sonarlog.viz.blocks import robot
 from sonarlog.viz.layout import Group, Layout, Page, Plane, Plot
 from sonarlog.viz.pieces import Pieces, merged
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 RADIUS_M, MARGIN_M = 0.15, 1.0
 PATTERN_PX = 1 << 24
 """Up to so many pixels the cells that changed carry their patterns; larger maps have their colours only."""
+NAMED, NAMES_M = 10, (3.0, 0.8)
+"""So many changed walls are named, and none whose name would lie nearer than this to another's."""
 SERIES: dict[str, tuple[str, Colour]] = {
     "plots/apart/as_they_lie_cm": ("as the maps lie, cm", GREY),
     "plots/apart/aligned_cm": ("B laid on A, cm", WINE),
@@ -114,7 +117,7 @@ def _always(report: Report) -> dict[str, Shape]:
     greys = np.array([UNKNOWN, FREE, OCCUPIED], dtype=np.uint8)
     x, y = window.left * window.cell_m, window.bottom * window.cell_m
     changed = report.changed_walls
-    names = np.array([_place(change, lay) for change in changed]).reshape(-1, 2)
+    named = _apart([(change, _place(change, lay)) for change in changed])
     shapes: dict[str, Shape] = {
         "map/A/grid": Raster(greys[window.a], x, y, window.cell_m),
         "map/B/grid": Raster(greys[window.b], x, y, window.cell_m),
@@ -123,7 +126,10 @@ def _always(report: Report) -> dict[str, Shape]:
         "map/B/walls": _lines([wall.moved(lay) for change in report.walls for wall in change.b], B),
         "map/difference/walls_a": _lines([wall for change in changed for wall in change.a], A, dash=True),
         "map/difference/walls_b": _lines([wall.moved(lay) for change in changed for wall in change.b], B),
-        "map/difference/names": Labels(names, tuple(f"{c.wall.name}: {', '.join(c.kinds)}" for c in changed)),
+        "map/difference/names": Labels(
+            np.array([place for _, place in named]).reshape(-1, 2),
+            tuple(f"{change.wall.name}: {', '.join(change.kinds)}" for change, _ in named),
+        ),
     }
     if report.first and report.first.sweep < len(report.a.path):
         place = report.a.path[report.first.sweep, :2]
@@ -148,6 +154,15 @@ def _lines(walls: list[Wall], colour: Colour, *, dash: bool = False) -> Strips:
 
 def _place(change: WallChange, lay: Pose) -> tuple[float, float]:
     return change.a[0].middle if change.a else change.b[0].moved(lay).middle
+
+
+def _apart(changes: list[tuple[WallChange, tuple[float, float]]]) -> list[tuple[WallChange, tuple[float, float]]]:
+    """The first of them that are far enough from one another for their names to be read."""
+    kept: list[tuple[WallChange, tuple[float, float]]] = []
+    for change, (x, y) in changes:
+        if len(kept) < NAMED and all(abs(x - u) > NAMES_M[0] or abs(y - v) > NAMES_M[1] for _, (u, v) in kept):
+            kept.append((change, (x, y)))
+    return kept
 
 
 def _numbers(report: Report, sides: "list[_Walk]", sweep: int) -> dict[str, float]:
@@ -191,12 +206,11 @@ def _layout(report: Report) -> tuple[float, Layout]:
     window = report.window
     rows, columns = np.nonzero(window.a + window.b)
     cells = np.column_stack([columns + window.left + 0.5, rows + window.bottom + 0.5]) * window.cell_m
-    walls = np.array([(w.start, w.end) for w in report.a.walls]).reshape(-1, 2)
-    angle = level(walls if len(walls) else cells, report.a.path[:, :2])
+    angle = level_of(report)
     turned = Pose(0.0, 0.0, -angle).points(cells if len(cells) else np.zeros((1, 2)))
     low, high = turned.min(axis=0) - MARGIN_M, turned.max(axis=0) + MARGIN_M
     corners = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-    first = ("/map/first/**",)
+    first = ("/map/first/ring",)
     planes = [
         Plane(f"A · {report.names[0]} · dashed", ("/map/A/**", *first), "", *corners),
         Plane(f"B · {report.names[1]} · laid on A", ("/map/B/**", *first), "", *corners),
@@ -205,7 +219,10 @@ def _layout(report: Report) -> tuple[float, Layout]:
             ("/map/**", "- /map/A/grid", "- /map/B/grid", "- /map/A/walls", "- /map/B/walls"), "", *corners,
         ),
     ]  # fmt: skip
-    wide = high[0] - low[0] > 2 * (high[1] - low[1])
+    if high[0] - low[0] > 2 * (high[1] - low[1]):
+        maps = Group("column", planes)
+    else:
+        maps = Group("column", (Group("row", planes[:2]), planes[2]), (2, 3))
     plots = [
         Plot("How far the paths are apart", "plots/apart"),
         Plot("F: shift found", "plots/shift"),
@@ -213,6 +230,6 @@ def _layout(report: Report) -> tuple[float, Layout]:
     ]
     words = Group("tabs", (Page("Block by block, A and B", "blocks"), Page("The whole difference", "report")))
     side = Group("column", (words, *plots), (4, 1, 1, 1))
-    whole = Group("row", (Group("column" if wide else "grid", planes, columns=2), side), (3, 2))
+    whole = Group("row", (maps, side), (3, 2))
     mark = None if report.first is None else (report.first.sweep, max(report.sweeps) - 1)
     return -angle, Layout(whole, "sweep", selection=mark)

@@ -81,5 +81,9 @@ def inspect_live(title: str, log: Log, viewer: "Viewer | None" = None) -> Inspec
 
 
 def inspect_to_file(title: str, log: Log, path: Path | str, *, force: bool = False, tab: int = 0) -> Inspection:
-    """Save what comes to an .rrd file. Raises CannotSave for a file that exists or cannot be made."""
-    return Inspection(canvas(title, path, force=force), log, following=False, tab=tab)
+    """Save what comes to an .rrd file. Raises CannotSave for a file that exists or cannot be made.
+
+    `tab` is what is seen first: 0 the overview, 1 the blocks, 2 the numbers.
+    """
+    application = f"sonarlog_{tab}" if tab else "sonarlog"  # a viewer keeps one layout for each
+    return Inspection(canvas(title, path, force=force, application=application), log, following=False, tab=tab)
