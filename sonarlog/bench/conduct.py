@@ -37,10 +37,8 @@ class Bench:
         done = sum(map(len, found.values()))
         advance(done, total)
         todo = [_rest(job, found[job.name]) for job in missing]
-        for job, outcomes in pool.run(work, todo, self._processes, _failed):
-            # A process that died says nothing of the contenders one by one.
-            known_now = outcomes or [Outcome(c.label, error="its process died") for c in job.contenders]
-            found[job.name] = [*found[job.name], *known_now]
+        for job, outcome in pool.run(work, todo, self._processes):
+            found[job.name] = [*found[job.name], *_each(job, outcome)]
             done += len(job.contenders)
             advance(done, total)
         return results_of(self._plan, ((case, found[name]) for case, name in self._names.items()))
@@ -49,11 +47,11 @@ class Bench:
         """Of every place the run nearest to the median and the worst one, of every other condition the worst."""
         chosen = _worth_seeing(results)
         jobs = {case: Job(self._folder, self._names[case], case, self._plan.contenders) for case, _ in chosen}
-        drawn: dict[str, Path | None] = {}
-        for job, path in pool.run(draw, list(jobs.values()), self._processes, lambda _error: None):
+        drawn: dict[str, Path | Exception] = {}
+        for job, path in pool.run(draw, list(jobs.values()), self._processes):
             drawn[job.name] = path
             advance(len(drawn), len(jobs))
-        return [Picture(title, drawn[self._names[case]], "could not be drawn") for case, title in chosen]
+        return [Picture(title, drawn[self._names[case]]) for case, title in chosen]
 
 
 def _rest(job: Job, outcomes: Sequence[Outcome]) -> Job:
@@ -62,8 +60,11 @@ def _rest(job: Job, outcomes: Sequence[Outcome]) -> Job:
     return replace(job, contenders=tuple(each for each in job.contenders if each.label not in labels))
 
 
-def _failed(_error: Exception) -> list[Outcome]:
-    return []
+def _each(job: Job, outcome: list[Outcome] | Exception) -> list[Outcome]:
+    """Of every contender; a process that died says nothing of them one by one."""
+    if isinstance(outcome, Exception):
+        return [Outcome(each.label, error=f"its process died: {outcome}") for each in job.contenders]
+    return outcome
 
 
 def _worth_seeing(results: Results) -> list[tuple[Case, str]]:

@@ -25,11 +25,10 @@ code { background: #f3f3f3; padding: 0 .2em }
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG and what it shows; without a file, why there is none."""
+    """What is shown, and the PNG, or why there is none."""
 
     title: str
-    path: Path | None
-    error: str = ""
+    path: Path | Exception
 
 
 def page(results: Results, pictures: Sequence[Picture], command: str) -> str:
@@ -66,7 +65,7 @@ def _table(table: Table) -> str:
 
 def _figure(picture: Picture) -> str:
     caption = f"<figcaption>{escape(picture.title)}</figcaption>"
-    if picture.path is None:
-        return f"<figure>{caption}<p>{escape(picture.error)}</p></figure>"
+    if isinstance(picture.path, Exception):
+        return f"<figure>{caption}<p>it could not be drawn: {escape(str(picture.path))}</p></figure>"
     data = base64.b64encode(picture.path.read_bytes()).decode()
     return f'<figure>{caption}<img alt="{escape(picture.title)}" src="data:image/png;base64,{data}"></figure>'

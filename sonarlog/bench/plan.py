@@ -25,10 +25,19 @@ class BadPlan(SonarlogError):
 
 @dataclass(frozen=True)
 class Contender:
-    """An algorithm with some settings changed; `label` is how it was written: `graph` or `graph+association.d2_m=1`."""
+    """An algorithm with some settings changed; `label` is how it was written: `graph` or `graph+association.d2_m=1`.
+
+    It goes to other processes, which an algorithm's functions do not, so it holds names and values only.
+    """
 
     label: str
-    algorithm: Algorithm
+    name: str
+    settings: tuple[tuple[str, object], ...] = ()
+
+    @property
+    def algorithm(self) -> Algorithm:
+        """As it is configured. Raises SlamError."""
+        return algorithm(self.name).configured(dict(self.settings))
 
 
 @dataclass(frozen=True)
@@ -101,7 +110,9 @@ def contender(text: str, parse_value: Callable[[str], object]) -> Contender:
         if not equals:
             raise BadPlan(f"algorithm {text!r}: {change!r} is no BLOCK.KEY=VALUE")
         settings[key.strip()] = parse_value(value.strip())
-    return Contender(text, algorithm(name.strip()).configured(settings))
+    made = Contender(text, name.strip(), tuple(settings.items()))
+    made.algorithm  # noqa: B018 - it is refused here, not in some process later
+    return made
 
 
 def parts_of(what: str, text: str) -> list[str]:
