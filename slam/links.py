@@ -122,3 +122,22 @@ def _to_spot(wall: Member, side: int, spot: Spot, poses: tuple[Pose, ...]) -> Ga
     ends = sorted((wall.segment.start, wall.segment.end), key=lambda p: cosine * p[1] - sine * p[0])
     here, there = poses[wall.sweep], poses[spot.sweep]
     return Gap(ends[side], spot.point, (here.x, here.y), (there.x, there.y), min(wall.sweep, spot.sweep))
+
+
+def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
+    """Which of the gaps (g, 4) one of the ways of sound (p, 4), from a station to what answered, goes through.
+
+    Not near their ends, and not near its own.
+    """
+    if len(gaps) == 0 or len(paths) == 0:
+        return np.zeros(len(gaps), dtype=bool)
+    gx, gy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
+    px, py = paths[:, 2] - paths[:, 0], paths[:, 3] - paths[:, 1]
+    x, y = paths[:, 0] - gaps[:, :1], paths[:, 1] - gaps[:, 1:2]
+    across = gx * py - gy * px
+    length, way = np.maximum(dmath.hypot(gx, gy), 1e-9), np.maximum(dmath.hypot(px, py), 1e-9)
+    steep = np.abs(across) > 0.34 * length * way  # sound that comes along the wall says nothing
+    safe = np.where(steep, across, 1.0)
+    place, part = (x * py - y * px) / safe * length, (x * gy - y * gx) / safe * way
+    inside = (place > margin_m) & (place < length - margin_m) & (part > 0.0) & (part < way - margin_m)
+    return np.asarray((steep & inside).any(axis=1))

@@ -21,7 +21,7 @@ from slam.evidence import NOTHING, Evidence, Layer
 from slam.features import Features
 from slam.geometry import Pose, wrap
 from slam.grid import Grid, Patch
-from slam.links import Spot, chain_gaps, end_gaps
+from slam.links import Gap, Spot, chain_gaps, end_gaps, heard_through
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
 from slam.self_calibration import Calibrated
@@ -34,8 +34,8 @@ from slam.sweep import Ints
 class Painted:
     """A sweep on the map: what it saw, and the pose and the walls that it was drawn with.
 
-    `shapes` are what it was drawn as, `strokes` (w, 4) its walls among them by their ends, `partners` the older sweeps
-    with whose walls it fills gaps, `layer` the evidence that came of it.
+    `shapes` are what it was drawn as; (n, 4) by their ends: `strokes` the walls among them, `paths` the ways of sound
+    to these, `gaps` those that it filled. `partners` are the older sweeps whose walls it met, `layer` the evidence.
     """
 
     sight: Sight
@@ -43,6 +43,8 @@ class Painted:
     members: tuple[Member, ...]
     shapes: tuple[Shape, ...]
     strokes: Floats
+    paths: Floats
+    gaps: Floats
     partners: tuple[int, ...]
     layer: Layer
 
@@ -79,20 +81,38 @@ def extend_map(
     walls, lies over `repaint_m` (or `repaint_deg`) from where it was drawn, or if the nature of a wall has changed.
     """
     known = _Known(chains, poses)
-    again = _to_repaint(before, known, config)
     sight = sight_of(calibrated, reliability, features, every_beam=config.plain_cone)
-    painted: list[Painted | None] = [*before.painted, None]
-    for k in again:
-        painted[k] = None
-    evidence = before.evidence.changed([before.painted[k].layer for k in again], [])
-    grid, _ = evidence.shown(before.evidence, before.grid)
-    for k in (*again, len(poses) - 1):  # one after the other, each as if it came only now
-        drawn = _paint(before.painted[k].sight if k < len(before.painted) else sight, k, known, painted, grid, config)
-        without, painted[k] = evidence, drawn
-        evidence = evidence.changed([], [drawn.layer])
-        grid, _ = evidence.shown(without, grid)
-    grid, patch = evidence.shown(before.evidence, before.grid)
-    return Map(grid, evidence, tuple(each for each in painted if each), poses, chains.members, known.told), patch
+    drawing = _Drawing(before, (*(old.sight for old in before.painted), sight), known, config)
+    newest = len(poses) - 1
+    drawing.draw([*_to_repaint(before, known, config), newest])
+    drawing.draw(_heard_through(drawing.painted, newest, known.poses, config))
+    grid, patch = drawing.evidence.shown(before.evidence, before.grid)
+    painted = tuple(each for each in drawing.painted if each)
+    return Map(grid, drawing.evidence, painted, poses, chains.members, known.told), patch
+
+
+class _Drawing:
+    """A map on which sweeps are drawn: what is painted so far, and the grid that shows it."""
+
+    def __init__(self, before: Map, sights: tuple[Sight, ...], known: "_Known", config: MapConfig) -> None:
+        self.painted: list[Painted | None] = [*before.painted, None]
+        self.evidence, self._grid = before.evidence, before.grid
+        self._sights, self._known, self._config = sights, known, config
+
+    def draw(self, sweeps: list[int]) -> None:
+        """Take these sweeps off the map and draw them, one after the other, each as if it came only now."""
+        self._change([old.layer for k in sweeps if (old := self.painted[k])], [])
+        for k in sweeps:
+            self.painted[k] = None
+        for k in sweeps:
+            drawn = _paint(self._sights[k], k, self._known, self.painted, self._grid, self._config)
+            self.painted[k] = drawn
+            self._change([], [drawn.layer])
+
+    def _change(self, gone: list[Layer], new: list[Layer]) -> None:
+        changed = self.evidence.changed(gone, new)
+        self._grid, _ = changed.shown(self.evidence, self._grid)
+        self.evidence = changed
 
 
 class _Known:
@@ -163,7 +183,7 @@ def _paint(
 ) -> Painted:
     """Sweep number `k`, drawn as everything is known now, among those that are painted already."""
     pose, members = known.poses[k], known.of_sweep(k)
-    bare = Painted(sight, pose, members, (), np.zeros((0, 4)), (), NOTHING)
+    bare = Painted(sight, pose, members, (), _rows([]), _rows([]), _rows([]), (), NOTHING)
     if len(sight.beams) == 0 and not sight.things:
         return bare  # a sweep without any echo says nothing, not even where the robot stood
     if config.plain_cone:
@@ -180,13 +200,30 @@ def _paint(
     walls = [wall for j, seen in (*older, (k, shapes)) for wall in _walls(seen, known.of_sweep(j))]
     spots = [spot for j, seen in (*older, (k, shapes)) for spot in _spots(seen, j)]
     ends = end_gaps(walls, spots, k, known.poses, config.ends) if config.end else []
+    paths = np.concatenate([_paths(shapes, pose), *(old.paths for _, old in near)])
+    links, ends = _unheard(links, paths), _unheard(ends, paths)
     return replace(
         bare,
         shapes=shapes,
         strokes=np.array([(*shape.start, *shape.end) for shape in shapes if shape.wall >= 0]).reshape(-1, 4),
+        paths=_paths(shapes, pose),
+        gaps=_rows([*links, *ends]),
         partners=tuple(gap.sweep for gap in (*links, *ends)),
         layer=render(sight, pose, members, shapes, links, ends, grid, config),
     )
+
+
+def _heard_through(
+    painted: Sequence[Painted | None], newest: int, poses: tuple[Pose, ...], config: MapConfig
+) -> list[int]:
+    """The sweeps that filled a gap through which the newest one heard a wall."""
+    last = painted[newest]
+    return [
+        k
+        for k, old in enumerate(painted[:newest])
+        if old and last and len(old.gaps) and _near(poses[k], poses[newest], config)
+        if bool(heard_through(old.gaps, last.paths).any())
+    ]
 
 
 def _near(one: Pose, other: Pose, config: MapConfig) -> bool:
@@ -202,3 +239,18 @@ def _walls(shapes: tuple[Shape, ...], members: tuple[Member, ...]) -> list[Membe
 def _spots(shapes: tuple[Shape, ...], sweep: int) -> list[Spot]:
     """What of the shapes may be the end of a wall."""
     return [Spot(shape.foot, shape.bearing, sweep) for shape in shapes if not shape.told]
+
+
+def _paths(shapes: tuple[Shape, ...], pose: Pose) -> Floats:
+    """The ways of sound (p, 4) from the station to the walls that answered."""
+    return np.array([(pose.x, pose.y, *shape.foot) for shape in shapes if shape.wall >= 0]).reshape(-1, 4)
+
+
+def _rows(gaps: Sequence[Gap]) -> Floats:
+    """Gaps (g, 4) by their ends."""
+    return np.array([(*gap.start, *gap.end) for gap in gaps]).reshape(-1, 4)
+
+
+def _unheard(gaps: list[Gap], paths: Floats) -> list[Gap]:
+    """The gaps through which nothing was heard: in the others there is no wall."""
+    return [gap for gap, heard in zip(gaps, heard_through(_rows(gaps), paths).tolist(), strict=True) if not heard]

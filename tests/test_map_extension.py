@@ -13,7 +13,7 @@ from slam.dmath import DEGREE
 from slam.evidence import Evidence, Layer, cropped
 from slam.geometry import ORIGIN, Pose, Segment, through
 from slam.grid import LIMIT, Grid
-from slam.links import EndConfig, Spot, chain_gaps, end_gaps
+from slam.links import EndConfig, Spot, chain_gaps, end_gaps, heard_through
 from slam.map_extension import Map, extend_map
 from slam.pipeline import Step
 from slam.shapes import clipped, cut
@@ -169,3 +169,20 @@ def test_walls_are_drawn_as_far_as_the_walls_that_cross_them() -> None:
     np.testing.assert_allclose(clipped(wall, (0.0, 0.0), [other]), ((-1.0, 1.0), (0.6, 1.0)))
     crossing = np.array([[0.6, 0.5, 0.6, 2.0], [-0.5, 3.0, -0.5, 4.0]])
     np.testing.assert_allclose(cut((0.0, 1.0), wall.start, wall.end, crossing), ((-1.0, 1.0), (0.6, 1.0)))
+
+
+@pytest.mark.parametrize(
+    ("path", "heard"),
+    [
+        ((0.5, 0.0, 0.5, 2.0), True),
+        ((0.5, 0.0, 0.5, 1.1), False),  # what answered may be the wall in the gap itself
+        ((0.05, 0.0, 0.05, 2.0), False),  # by its end
+        ((-1.0, 0.9, 2.0, 1.1), False),  # along it
+        ((1.5, 0.0, 1.5, 2.0), False),
+    ],
+)
+def test_where_a_wall_was_heard_through_a_gap_there_is_none(
+    path: tuple[float, float, float, float], heard: bool
+) -> None:
+    gap = np.array([[0.0, 1.0, 1.0, 1.0]])
+    assert heard_through(gap, np.array([path])).tolist() == [heard]
