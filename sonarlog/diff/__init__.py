@@ -3,7 +3,7 @@
 from sonarlog.diff.alignment import Alignment
 from sonarlog.diff.calibration import CalibrationChange
 from sonarlog.diff.cells import CellChanges, Window, cell_changes
-from sonarlog.diff.first import FirstDifference, first_difference
+from sonarlog.diff.first import Chaining, FirstDifference, first_difference
 from sonarlog.diff.matching import WallChange
 from sonarlog.diff.paths import PathChanges
 from sonarlog.diff.report import NotComparable, Report, Side, diff_runs
@@ -17,6 +17,7 @@ __all__ = [
     "BadTolerance",
     "CalibrationChange",
     "CellChanges",
+    "Chaining",
     "FirstDifference",
     "NotComparable",
     "PathChanges",

@@ -26,7 +26,7 @@ def decided(
     none), `found` what differs in these; `cell_m` is the size of the map's cells. Runs of two versions of the code may
     have other values: then by name.
     """
-    tellers: list[tuple[Teller, tuple[Any, Any]]] = [(_chained, steps)] if block == "E" else []
+    tellers: list[tuple[Teller, tuple[Any, Any]]] = [(chained, steps)] if block == "E" else []
     if block in _TOLD and outputs[0] is not None and outputs[1] is not None:
         tellers.append((_TOLD[block], outputs))
     if block == "H" and outputs[0] is not None and outputs[1] is not None:
@@ -108,10 +108,10 @@ def _kinds(features: Values) -> dict[int, str]:
     return {**walls, **corners, **dict.fromkeys(features["narrow"], "a narrow thing")}
 
 
-def _chained(a: Values, b: Values) -> Said | None:
-    """E: the first wall that joins another chain, or none."""
+def chained(a: Values, b: Values) -> Said | None:
+    """E: the first wall of a sweep that joins another chain, or none; of steps' plain values. None if none does."""
     for k, (mine, yours) in enumerate(zip(a["walls"], b["walls"], strict=False)):
-        if (mine["chain"], mine["joined"]) != (yours["chain"], yours["joined"]):
+        if (mine["chain"], mine["joined"] is None) != (yours["chain"], yours["joined"] is None):
             return wall_line(k, mine), wall_line(k, yours)
     return None
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from sonarlog.apart import Apart, apart
 from sonarlog.canonical import read_canonical
-from sonarlog.diff.decisions import decided
+from sonarlog.diff.decisions import chained, decided
 from sonarlog.digest import BLOCKS, MAP, digest_of
 from sonarlog.runs import BadRun, Run, read_blocks
 
@@ -77,6 +77,23 @@ def _of_map(a: Run, b: Run) -> str:
     if mine != yours:
         return "what counts as occupied or free differs"
     return "what the cells became differs, though what was added to them does not"
+
+
+@dataclass(frozen=True)
+class Chaining:
+    """The first sweep in which a wall joins another chain in A than in B, and what becomes of it in A and in B."""
+
+    sweep: int
+    decisions: tuple[str, str]
+
+
+def first_chaining(a: Run, b: Run) -> Chaining | None:
+    """Where the walls begin to be chained otherwise: what matters where two algorithms differ from the start."""
+    for mine, yours in zip(a.sweeps, b.sweeps, strict=False):
+        said = chained(mine.data, yours.data)
+        if said is not None:
+            return Chaining(mine.index, said)
+    return None
 
 
 def _said(sweep: int, block: str, words: str) -> FirstDifference:

@@ -20,7 +20,7 @@ def headline(report: "Report") -> str:
     if report.first is None:
         made = f", though made with different {listed(list(report.settings))}" if report.settings else ""
         return f"The same: all {report.sweeps[0]} sweeps and the map are identical to the bit{made}."
-    told = " ".join([_parting(report.first), *_maps(report), *_nearer(report)])
+    told = " ".join([_parting(report.first), *_chaining(report), *_maps(report), *_nearer(report)])
     if report.tolerance is not None and report.within:
         return f"The same within {report.tolerance.words}, though not identical. {told}"
     return told
@@ -38,6 +38,15 @@ def _parting(first: "FirstDifference") -> str:
     if len(decision) > 160:
         decision = decision[:157].rsplit(" ", 1)[0] + " …"
     return f"{where}; there {first.name} (block {first.block}) differs ({decision})."
+
+
+def _chaining(report: "Report") -> list[str]:
+    """Which wall goes where, unless that is how they part."""
+    first, found = report.first, report.chaining
+    if first is None or found is None or (first.block == "E" and first.decisions == found.decisions):
+        return []
+    a, b = (_BRACKETS.sub("", said) for said in found.decisions)
+    return [f"Walls are chained otherwise from sweep {found.sweep} on (A: {a}; B: {b})."]
 
 
 def _maps(report: "Report") -> list[str]:

@@ -32,6 +32,7 @@ def report_data(report: "Report") -> dict[str, Any]:
         "sweeps": report.sweeps,
         "settings": report.settings,
         "first": report.first and _first(report.first),
+        "chaining": report.chaining and asdict(report.chaining),
         "alignment": {
             "shift_m": alignment.shift_m,
             "turned_deg": alignment.turned_deg,

@@ -13,7 +13,7 @@ from slam.geometry import ORIGIN
 from sonarlog.diff.alignment import Alignment, align
 from sonarlog.diff.calibration import CalibrationChange, calibration_changes
 from sonarlog.diff.cells import CellChanges, Window, cell_changes, together
-from sonarlog.diff.first import FirstDifference, first_difference
+from sonarlog.diff.first import Chaining, FirstDifference, first_chaining, first_difference
 from sonarlog.diff.matching import WallChange, match, same
 from sonarlog.diff.paths import PathChanges, path_changes
 from sonarlog.diff.rooms import RoomChange, RoomChanges, room_changes
@@ -69,6 +69,7 @@ class Maps:
 class Report:
     """All levels of the difference between A and B; `first` is None if their results are the same to the bit.
 
+    `chaining` is where walls begin to be put to other chains, at that sweep or later; None if they never do.
     `settings` holds by name what was asked differently (algorithm, code, recording, settings), in A and in B. `cells`
     are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. With a `tolerance`, what
     differs within it counts as the same.
@@ -78,6 +79,7 @@ class Report:
     b: Side
     settings: dict[str, tuple[Any, Any]]
     first: FirstDifference | None
+    chaining: Chaining | None
     alignment: Alignment
     cells: CellChanges
     aligned_cells: CellChanges
@@ -186,6 +188,7 @@ def diff_runs(
         b=there,
         settings=_settings(a, b),
         first=first,
+        chaining=None if first is None else first_chaining(a, b),
         alignment=maps.alignment,
         cells=cell_changes(a.grid, b.grid),
         aligned_cells=maps.cells,
