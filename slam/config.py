@@ -47,7 +47,15 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "map.free_from": (-LIMIT, -1),
     "map.occupied_from": (1, LIMIT),
     "frontier.min_cells": (1, LIMIT),
+    "frontier.chink_cells": (0, 20),
+    "frontier.piece_m": (0.1, 10.0),
+    "frontier.view_m": (0.0, 2.0),
     "frontier.settle_m": (0.01, 100.0),
+    "frontier.stood_share": (0.0, 1.0),
+    "frontier.stay": (1.0, 10.0),
+    "frontier.leg_m": (0.1, 10.0),
+    "frontier.known_leg_m": (0.1, 10.0),
+    "frontier.block_m": (0.0, 1.0),
 }
 """From where to where a setting makes sense; those not named are whole numbers from 0 to LIMIT, or go from 0 to 360."""
 

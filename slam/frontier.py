@@ -1,7 +1,7 @@
 """Block I, decision making: where to go next to see more [III.I; Yamauchi 1997].
 
 Frontier cells are free cells next to unknown ones, their clusters are regions, and the goal is the region of best
-gain for the cost of the way to it.
+gain for the cost of the way to it. The next scan is due at the end of the leg, from where walls are seen again.
 """
 
 from dataclasses import dataclass
@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
-from slam.boards import board, cells, stride_of, within
-from slam.components import labelled_runs
+from slam.boards import within
 from slam.dmath import Floats
 from slam.geometry import Pose
 from slam.grid import Grid
-from slam.planning import STRAIGHT, Ground, Path, Ways, least
+from slam.intent import Block, Intent, blocked
+from slam.planning import STRAIGHT, Cell, Ground, Path, Ways, find_path, least
+from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
 from slam.sweep import Ints
 
 ROUND = 16
@@ -23,113 +24,219 @@ ROUND = 16
 
 @dataclass(frozen=True)
 class FrontierConfig:
-    """Which regions count, how far from walls the robot keeps, and what the way costs."""
+    """Which regions count, how far from walls the robot keeps, what the way costs, and when to scan on the way."""
 
     min_cells: int = 6
+    chink_cells: int = 2  # unknown stretches nowhere wider than twice as many cells are left
+    piece_m: float = 1.0  # regions are cut into pieces so large
     robot_radius_m: float = 0.18
     margin_m: float = 0.05
-    settle_m: float = 1.0  # added to every way: a near goal is not infinitely good
+    clear_m: float = 0.15  # a way that keeps so much more off walls and the unknown costs half
+    view_m: float = 0.35  # from so far away a region may be looked at
+    settle_m: float = 0.5  # added to every way: a near goal is not infinitely good
+    min_gain_m2: float = 0.08
+    most_gain_m2: float = 1.0  # a region that promises more is not better
+    stood_m: float = 0.50  # a region so near to a scan that did not show it …
+    stood_share: float = 0.4  # … is worth so much less, each time
+    stay: float = 1.3  # what the goal chosen before is worth more
+    leg_m: float = 0.9  # from scan to scan where nobody stood before
+    known_leg_m: float = 1.8  # where the walls were seen from near the next place already
+    known_m: float = 0.6
+    block_m: float = 0.15  # the size of what was in the way
+    block_sweeps: int = 12  # so long it is believed to be there
 
 
 @dataclass(frozen=True)
 class Region:
-    """A cluster of frontier cells: how many, their centre (x, y) m, and the passable cell (i, j) to go to, if any."""
+    """A piece of frontier: how many cells, its middle (x, y) m, the m² it would show, and the cell to go to, if any."""
 
     cells: int
     centre: tuple[float, float]
+    gain_m2: float
     target: tuple[int, int] | None
 
 
 @dataclass(frozen=True)
 class Decision:
-    """The regions, largest first; the chosen one (None: nothing reachable is unknown) and the path (k, 2) m to it."""
+    """The regions, largest first; the chosen one (None: nothing reachable is unknown) and the path (k, 2) m to it.
+
+    The next scan is due at point `leg` of the path; `length_m` is the way to the goal. `blocks` were in the way.
+    """
 
     frontier_cells: int
     regions: tuple[Region, ...]
     chosen: int | None
     path: Floats
+    leg: int = 0
+    length_m: float = 0.0
+    blocks: tuple[Block, ...] = ()
 
 
-def next_goal(grid: Grid, pose: Pose, config: FrontierConfig) -> Decision:
-    """Choose the frontier region with the most cells for the metres to it."""
-    log_odds, left, bottom = grid.dense()
-    nothing = np.zeros((0, 2))
-    if log_odds.size == 0:
-        return Decision(0, (), None, nothing)
-    radius = int((config.robot_radius_m + config.margin_m) / grid.cell_m + 0.5)
-    height, width = log_odds.shape
-    stride = stride_of(width, radius + 1)
-    free, occupied = board(grid.free(log_odds), stride), board(grid.occupied(log_odds), stride)
-    frontier = free & ~inside(free | occupied, stride)
-    ground = Ground(free & ~within(occupied, stride, radius), stride, (height, width), left, bottom, grid.cell_m)
-    count, regions = _regions(frontier, ground, config)
-    chosen, path = _best(regions, ground, pose, config)
-    return Decision(count, tuple(regions), chosen, nothing if path is None else path.points)
+def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> tuple[Decision, Intent]:
+    """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
+    pose, sweep = poses[-1], len(poses) - 1
+    blocks = blocked(before, pose, sweep, config.block_sweeps)
+    decision = _decided(grid, poses, before, blocks, config)
+    if decision.chosen is None and blocks:  # perhaps it is gone: look again
+        again = _decided(grid, poses, before, (), config)
+        if again.chosen is not None and max(block.times for block in blocks) < 3:
+            decision = again
+    if decision.chosen is None:
+        return decision, Intent(None, None, blocks)
+    goal = decision.regions[decision.chosen].centre
+    return decision, Intent(goal, decision.path[: decision.leg + 1], blocks)
 
 
-def inside(mask: int, stride: int) -> int:
-    """The cells whose four neighbours are in the mask; what lies beyond the border is not."""
-    return (mask << 1) & (mask >> 1) & (mask << stride) & (mask >> stride)
+def ground_of(ranks: Ranks, blocks: tuple[Block, ...], config: FrontierConfig) -> Ground:
+    """Where the robot's centre may be: on free cells that keep its radius away from anything occupied."""
+    radius = _radius(config, ranks.cell_m)
+    clear = int(config.clear_m / ranks.cell_m + 0.5)
+    solid = ranks.occupied | _discs(blocks, ranks, config.block_m)
+    keep_off = within(solid, ranks.stride, radius)
+    near = within(keep_off & ranks.free, ranks.stride, clear) | within(ranks.unknown, ranks.stride, clear)
+    passable = ranks.free & ~keep_off
+    return Ground(
+        passable,
+        ranks.stride,
+        ranks.shape,
+        ranks.left,
+        ranks.bottom,
+        ranks.cell_m,
+        tight=passable & near,
+        solid=solid,
+    )
 
 
-def _best(regions: list[Region], ground: Ground, pose: Pose, config: FrontierConfig) -> tuple[int | None, Path | None]:
-    """The region of the best gain and the way to it; of equal gains the one whose centre promises more."""
-    start = ground.cell(pose.x, pose.y)
-    cells = np.array([region.cells for region in regions], dtype=np.int64)
-    order = np.lexsort((np.arange(len(regions)), -_promise(regions, cells, pose, config)))
-    goals = [(rank, target) for rank, k in enumerate(order.tolist()) if (target := regions[k].target) is not None]
-    reachable = ground.reachable(start, [target for _, target in goals])
-    goals = [goal for goal, there in zip(goals, reachable, strict=True) if there]
-    ways = Ways(ground, start, [target for _, target in goals])
-    size = cells[order][[rank for rank, _ in goals]]
-    straight = np.array([least(start, target) for _, target in goals], dtype=np.int64)
-    best, more = (0.0, 0, (0, 0)), True
-    while goals:
-        found = [k for k, (_, target) in enumerate(goals) if target in ways.found]
-        won = [(int(size[k]) / (ground.length_m(ways.found[goals[k][1]]) + config.settle_m), k) for k in found]
-        best = max([best, *((gain, -goals[k][0], goals[k][1]) for gain, k in won)])
-        # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
-        length_m = np.maximum(straight, ways.reached) / STRAIGHT * ground.cell_m
-        may = size / (length_m + config.settle_m) >= best[0]
-        may[found] = False
-        goals, size, straight = [goals[k] for k in np.flatnonzero(may).tolist()], size[may], straight[may]
+def way_to(grid: Grid, pose: Pose, goal: tuple[float, float], config: FrontierConfig) -> Path | None:
+    """The way through what is known to be free, to where the robot has been before."""
+    ranks = ranks_of(grid, config.chink_cells, _spare(config, grid.cell_m))
+    if ranks is None:
+        return None
+    ground = ground_of(ranks, (), config)
+    return find_path(ground, ground.cell(pose.x, pose.y), ground.cell(*goal))
+
+
+def _radius(config: FrontierConfig, cell_m: float) -> int:
+    return int((config.robot_radius_m + config.margin_m) / cell_m + 0.5)
+
+
+def _spare(config: FrontierConfig, cell_m: float) -> int:
+    return _radius(config, cell_m) + int(config.clear_m / cell_m + 0.5)
+
+
+def _discs(blocks: tuple[Block, ...], ranks: Ranks, radius_m: float) -> int:
+    """What was in the way, as a board."""
+    board = 0
+    for block in blocks:
+        row, column = int(block.y // ranks.cell_m) - ranks.bottom, int(block.x // ranks.cell_m) - ranks.left
+        if 0 <= row < ranks.shape[0] and 0 <= column < ranks.shape[1]:
+            board |= 1 << (row * ranks.stride + column)
+    return within(board, ranks.stride, int(radius_m / ranks.cell_m)) if board else 0
+
+
+def _decided(
+    grid: Grid, poses: tuple[Pose, ...], before: Intent, blocks: tuple[Block, ...], config: FrontierConfig
+) -> Decision:
+    nothing = Decision(0, (), None, np.zeros((0, 2)), blocks=blocks)
+    ranks = ranks_of(grid, config.chink_cells, _spare(config, grid.cell_m))
+    if ranks is None:
+        return nothing
+    frontier = frontier_of(ranks)
+    pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / grid.cell_m + 0.5))
+    ground = ground_of(ranks, blocks, config)
+    start = ground.cell(poses[-1].x, poses[-1].y)
+    targets = _targets(pieces, ground, start, config)
+    centres = np.stack([pieces.columns + ranks.left, pieces.rows + ranks.bottom], axis=1) + 0.5
+    centres = centres * grid.cell_m
+    regions = tuple(
+        Region(size, (x, y), gain, target)
+        for size, (x, y), gain, target in zip(
+            pieces.sizes.tolist(), centres.tolist(), pieces.gains.tolist(), targets, strict=True
+        )
+    )
+    worth = _worth(centres, pieces, poses, before, config)
+    chosen, path = _best(worth, targets, ground, start, config)
+    if chosen is None or path is None:
+        return Decision(frontier.bit_count(), regions, None, nothing.path, blocks=blocks)
+    leg = _leg(path.points, poses, config)
+    return Decision(frontier.bit_count(), regions, chosen, path.points, leg, path.length_m, blocks)
+
+
+def _worth(centres: Floats, pieces: Pieces, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> Floats:
+    """What each piece is worth before the way to it: what it would show, unless looking there has not helped."""
+    x, y = (np.array(values) for values in ([pose.x for pose in poses], [pose.y for pose in poses]))
+    near = dmath.hypot(centres[:, :1] - x, centres[:, 1:] - y) < config.stood_m
+    worth = np.minimum(pieces.gains, config.most_gain_m2)
+    stood = np.count_nonzero(near, axis=1)
+    for times in range(1, int(stood.max(initial=0)) + 1):
+        worth = np.where(stood >= times, worth * config.stood_share, worth)
+    worth = np.where(worth < config.min_gain_m2, 0.0, worth)
+    if before.goal is not None:
+        same = dmath.hypot(centres[:, 0] - before.goal[0], centres[:, 1] - before.goal[1]) < 0.5 * config.piece_m
+        worth = np.where(same, worth * config.stay, worth)
+    return np.asarray(worth)
+
+
+def _targets(pieces: Pieces, ground: Ground, start: Cell, config: FrontierConfig) -> list[Cell | None]:
+    """For each piece the reachable cell nearest to its middle, if one is near enough."""
+    count = len(pieces.sizes)
+    if count == 0:
+        return []
+    dr, dc = _around(int(config.view_m / ground.cell_m))
+    r, c = pieces.rows[:, None] + dr, pieces.columns[:, None] + dc
+    inside = (r >= 0) & (r < ground.shape[0]) & (c >= 0) & (c < ground.shape[1])
+    places = np.where(inside, r * ground.stride + c, 0)
+    there = ground.reachable(start, places.reshape(-1)).reshape(places.shape) & inside
+    first = np.argmax(there, axis=1)
+    return [(int(r[k, first[k]]), int(c[k, first[k]])) if bool(there[k, first[k]]) else None for k in range(count)]
+
+
+def _around(radius: int) -> tuple[Ints, Ints]:
+    """Steps (n,) to the cells within a radius, nearest first."""
+    side = np.arange(-radius, radius + 1)
+    dr, dc = np.repeat(side, len(side)), np.tile(side, len(side))
+    square = dr * dr + dc * dc
+    order = np.lexsort((dc, dr, square))
+    order = order[square[order] <= radius * radius]
+    return dr[order], dc[order]
+
+
+def _best(
+    worth: Floats, targets: list[Cell | None], ground: Ground, start: Cell, config: FrontierConfig
+) -> tuple[int | None, Path | None]:
+    """The piece that is worth most for the way to it, and the way; of equals the first."""
+    left = [k for k, target in enumerate(targets) if target is not None and worth[k] > 0.0]
+    cells = {k: targets[k] or start for k in left}
+    ways = Ways(ground, start, list(cells.values()))
+    straight = {k: least(start, cell) for k, cell in cells.items()}
+    best: tuple[float, int] = (0.0, 0)
+    more = True
+    while left:
+        waiting = []
+        for k in left:
+            cost = ways.found.get(cells[k])
+            # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
+            length_m = (max(straight[k], ways.reached) if cost is None else cost) / STRAIGHT * ground.cell_m
+            value = float(worth[k]) / (length_m + config.settle_m)
+            if cost is not None:
+                best = max(best, (value, -k))
+            elif value >= best[0]:
+                waiting.append(k)
+        left = waiting
         if not more:
             break
-        for _ in range(ROUND if goals else 0):
+        for _ in range(ROUND if left else 0):
             more = ways.go_on()
-    return (int(order[-best[1]]), ways.path(best[2])) if best[0] > 0.0 else (None, None)
+    return (-best[1], ways.path(cells[-best[1]])) if best[0] > 0.0 else (None, None)
 
 
-def _promise(regions: list[Region], cells: Ints, pose: Pose, config: FrontierConfig) -> Floats:
-    """What each region would be worth if its nearest cell lay straight ahead."""
-    centres = np.array([region.centre for region in regions]).reshape(-1, 2)
-    straight = dmath.hypot(centres[:, 0] - pose.x, centres[:, 1] - pose.y)
-    # The centre may lie up to the region's own size nearer than its cell to go to.
-    return np.asarray(cells / (np.maximum(0.0, straight - 0.05 * cells) + config.settle_m))
-
-
-def _regions(frontier: int, ground: Ground, config: FrontierConfig) -> tuple[int, list[Region]]:
-    """How many frontier cells there are, and their 8-connected clusters that are large enough, largest first."""
-    begins, ends, numbers = labelled_runs(frontier, ground.stride)
-    lengths = ends - begins
-    cluster = np.repeat(numbers, lengths)
-    places = np.repeat(ends - np.cumsum(lengths), lengths) + np.arange(len(cluster))
-    rows, columns = np.divmod(places, ground.stride)
-    sizes = np.bincount(cluster)
-    # Sums of integers: as floats they are exact.
-    middle_row, middle_column = (np.bincount(cluster, weights=values) / sizes for values in (rows, columns))
-    dr, dc = rows - middle_row[cluster], columns - middle_column[cluster]
-    passable = np.zeros(len(places), dtype=bool)
-    passable[np.searchsorted(places, cells(frontier & ground.passable))] = True
-    order = np.lexsort((np.where(passable, dr * dr + dc * dc, np.inf), cluster))
-    nearest = order[np.cumsum(sizes) - sizes]  # the first of each cluster
-    target = list(zip(rows[nearest].tolist(), columns[nearest].tolist(), strict=True))
-    x = ((middle_column + ground.left + 0.5) * ground.cell_m).tolist()
-    y = ((middle_row + ground.bottom + 0.5) * ground.cell_m).tolist()
-    there = passable[nearest].tolist()
-    regions = [
-        Region(size, (x[k], y[k]), target[k] if there[k] else None)
-        for k, size in enumerate(sizes.tolist())
-        if size >= config.min_cells
-    ]
-    return len(places), sorted(regions, key=lambda region: (-region.cells, region.centre))
+def _leg(path: Floats, poses: tuple[Pose, ...], config: FrontierConfig) -> int:
+    """The point of the path where to scan next: where the walls seen so far are seen again."""
+    steps = dmath.hypot(path[1:, 0] - path[:-1, 0], path[1:, 1] - path[:-1, 1])
+    gone = np.concatenate([np.zeros(1), np.cumsum(steps)])
+    x, y = (np.array(values) for values in ([pose.x for pose in poses], [pose.y for pose in poses]))
+    known = (dmath.hypot(path[:, :1] - x, path[:, 1:] - y) < config.known_m).any(axis=1)
+    may = (gone <= config.leg_m) | (known & (gone <= config.known_leg_m))
+    last = int(np.flatnonzero(may)[-1])
+    # A stump of a leg at the end is no leg of its own.
+    return len(path) - 1 if gone[-1] - gone[last] < 0.3 and gone[-1] < config.known_leg_m else last

@@ -1,7 +1,7 @@
 """The whole algorithm on one page: Fig. 5 of the paper, one block a line."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from slam.algorithms import Algorithm
 from slam.association import Association, Chains
@@ -9,6 +9,7 @@ from slam.features import Features, extract_features
 from slam.frontier import Decision, next_goal
 from slam.geometry import Pose
 from slam.grid import Grid, Patch
+from slam.intent import Intent
 from slam.localisation import Localisation
 from slam.map_extension import Map, extend_map
 from slam.motion import Wheels
@@ -21,13 +22,14 @@ from slam.track import Track
 
 @dataclass(frozen=True)
 class State:
-    """What one sweep hands to the next: the track so far, what is known of the robot, and the map."""
+    """What one sweep hands to the next: the track so far, what is known of the robot, the map, and what it is after."""
 
     track: Track
     wheels: Wheels | None
     session: int
     calibration: Calibration
     map: Map
+    intent: Intent = field(default_factory=Intent)
 
     @property
     def poses(self) -> tuple[Pose, ...]:
@@ -92,8 +94,8 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> S
     localisation, track, learnt = algorithm.localise(calibrated, features.walls, association, state.track, config)
     posed = post_calibrate(calibrated, reliability, features, localisation.pose)
     extended, patch = extend_map(state.map, calibrated, reliability, features, track.chains, track.poses, config.map)
-    decision = next_goal(extended.grid, localisation.pose, config.frontier)
-    after = State(track, calibrated.wheels, sweep.session, learnt, extended)
+    decision, intent = next_goal(extended.grid, track.poses, state.intent, config.frontier)
+    after = State(track, calibrated.wheels, sweep.session, learnt, extended, intent)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
 
 

@@ -110,9 +110,15 @@ def _walls(step: Step) -> list[dict[str, Any]]:
 def _decision(decision: Decision) -> dict[str, Any]:
     return {
         "frontier_cells": decision.frontier_cells,
-        "regions": [{"cells": region.cells, "centre": list(region.centre)} for region in decision.regions],
+        "regions": [
+            {"cells": region.cells, "centre": list(region.centre), "gain_m2": region.gain_m2}
+            for region in decision.regions
+        ],
         "chosen": decision.chosen,
         "path": decision.path.tolist(),
+        "leg": decision.leg,
+        "length_m": decision.length_m,
+        "blocks": [[block.x, block.y, block.times] for block in decision.blocks],
     }
 
 

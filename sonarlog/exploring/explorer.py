@@ -132,7 +132,7 @@ class Explorer(Mover):
 
     def _to(self, step: Step) -> Moves:
         """Along the path to where the next scan is due."""
-        return (yield from self._along(step.decision.path[: leg_of(step.decision.path)], step))
+        return (yield from self._along(step.decision.path[: step.decision.leg + 1], step))
 
     def _along(self, path: Floats, step: Step) -> Moves:
         """Along a path in the map frame; True where something is in the way."""
@@ -191,19 +191,14 @@ def described(step: Step) -> str:
         return f"{seen}; {corrected}; nowhere to go"
     region = decision.regions[decision.chosen]
     x, y = region.centre
-    return f"{seen}; {corrected}; to the frontier of {region.cells} cells at ({x:.1f}, {y:.1f}) m"
+    why = f"{region.gain_m2:.1f} m² to see for {decision.length_m:.1f} m"
+    return f"{seen}; {corrected}; to the frontier at ({x:.1f}, {y:.1f}) m, {why}"
 
 
 def carried(path: Floats, step: Step) -> Floats:
     """The path (n, 2) of the map frame in the odometry's, metres."""
     to_odometry = step.calibrated.odometry.compose(step.pose.step_to(Pose(0.0, 0.0, 0.0)))
     return to_odometry.points(path)
-
-
-def leg_of(path: Floats) -> int:
-    """How many points of the path to go before the next scan."""
-    gone = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
-    return int(np.searchsorted(gone, 0.8)) + 1
 
 
 def _ahead(points: Floats, at: int, x: float, y: float) -> tuple[int, tuple[float, float], float]:

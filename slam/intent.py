@@ -1,0 +1,68 @@
+"""What block I remembers from decision to decision: what it went for, and where there was no getting through.
+
+Whether the robot got through is seen from where it scans next, so that a replay remembers the same.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slam import dmath
+from slam.dmath import Floats
+from slam.geometry import Pose
+
+Point = tuple[float, float]
+
+ARRIVED_M = 0.30
+"""A robot that scans so near to where it was sent to has arrived."""
+
+ASTRAY_M = 0.50
+"""So far off its path, someone else sent it somewhere."""
+
+BEFORE_M = 0.40
+"""So far before its centre stands what stopped it."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Something stood at (x, y) when sweep number `sweep` was made, and `times` by then."""
+
+    x: float
+    y: float
+    sweep: int
+    times: int = 1
+
+
+@dataclass(frozen=True)
+class Intent:
+    """The goal that was chosen last, and the way (k, 2) to where the next scan is due; what was in the way before."""
+
+    goal: Point | None = None
+    leg: Floats | None = None
+    blocks: tuple[Block, ...] = ()
+
+
+def blocked(before: Intent, pose: Pose, sweep: int, keep: int) -> tuple[Block, ...]:
+    """What is known to be in the way, now that the robot is here; forgotten after `keep` sweeps for each time."""
+    blocks = tuple(block for block in before.blocks if sweep - block.sweep <= keep * block.times)
+    point = _stopped_by(before.leg, pose)
+    if point is None:
+        return blocks
+    same = [block for block in blocks if dmath.hypot(block.x - point[0], block.y - point[1]) < BEFORE_M]
+    if not same:
+        return (*blocks, Block(*point, sweep))
+    again = replace(same[0], sweep=sweep, times=same[0].times + 1)
+    return tuple(again if block is same[0] else block for block in blocks)
+
+
+def _stopped_by(leg: Floats | None, pose: Pose) -> Point | None:
+    """Where on its way stands what stopped the robot; None if it arrived, or went a way of its own."""
+    if leg is None or len(leg) < 2:
+        return None
+    off = dmath.hypot(leg[:, 0] - pose.x, leg[:, 1] - pose.y)
+    if off[-1] < ARRIVED_M or off.min() > ASTRAY_M:
+        return None
+    at = int(np.argmin(off))
+    ahead = np.flatnonzero(off[at:] >= BEFORE_M)
+    x, y = leg[at + int(ahead[0]) if len(ahead) else -1].tolist()
+    return x, y
