@@ -125,6 +125,12 @@ def test_what_broke_is_said() -> None:
     ]
 
 
+def test_where_odometry_is_perfect_centimetres_are_said() -> None:
+    assert broken(results([0.06, 0.2], ("perfect",))) == [
+        "`paper` in random, perfect: 1 of 2 more than 5 cm off, the worst 10.0 cm (random:2, seed 1)"
+    ]
+
+
 def test_tables_and_reports(tmp_path: Path) -> None:
     found = results([0.2, None], ("plain", "noise-3cm"))
     path, maps, others = tables(found)

@@ -12,9 +12,6 @@ import numpy as np
 from sonarlog.bench.plan import Case, Plan
 from sonarlog.bench.work import Measures, Outcome
 
-_NO_WORSE = 1.001
-"""Of raw odometry: raw odometry itself is not worse than itself for the rounding of a frame."""
-
 MORE_IS_BETTER = ("occupied_true", "surface_mapped", "free_true")
 
 
@@ -59,11 +56,9 @@ class Group:
         """How many have no measures."""
         return sum(row.measures is None for row in self.rows)
 
-    @property
-    def worse_than_odometry(self) -> list[Row]:
-        """Those whose path is further off the truth than raw odometry's, the worst first."""
-        found = [row for row in self.rows if row.measures and row.measures.get("ate_m_ratio", 0.0) > _NO_WORSE]
-        return sorted(found, key=lambda row: -(row.measures or {})["ate_m_ratio"])
+    def beyond(self, name: str, limit: float) -> int:
+        """How many have more than that of a measure."""
+        return sum(row.measures is not None and row.measures.get(name, 0.0) > limit for row in self.rows)
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""

@@ -9,6 +9,10 @@ from sonarlog.bench.conditions import CONDITIONS, PLAIN
 from sonarlog.bench.results import Group, Results, Spread
 
 NONE = "–"
+PERFECT, PERFECT_M = "perfect", 0.05
+"""There raw odometry errs by nothing, and no ratio to it makes sense; a path is not to be worse than so many metres."""
+NO_WORSE = 1.001
+"""Of raw odometry: it is not worse than itself for the rounding of a frame."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +36,8 @@ def broken(results: Results) -> list[str]:
     sentences = []
     for group in results.groups:
         where = f"`{group.label}` in {group.place}, {group.condition}"
-        if worse := group.worse_than_odometry:
-            case, ratio = worst_of(group)
-            share = f"{len(worse)} of {len(group.rows)}"
-            sentences.append(
-                f"{where}: {share} worse than raw odometry, the worst {ratio:.2f} × ({case_words(case, group)})"
-            )
+        if sentence := _off(group):
+            sentences.append(f"{where}: {sentence}")
         errors = [row for row in group.rows if row.measures is None]
         if errors:
             example = f"{case_words((errors[0].case.world, errors[0].case.seed), group)}: {errors[0].error}"
@@ -45,10 +45,18 @@ def broken(results: Results) -> list[str]:
     return sentences
 
 
-def worst_of(group: Group) -> tuple[tuple[str, int], float]:
-    """World and seed of the largest ratio to raw odometry, and that."""
-    spread = group.spreads["ate_m_ratio"]
-    return (spread.worst_case.world, spread.worst_case.seed), spread.worst
+def _off(group: Group) -> str:
+    """How many paths are worse than raw odometry's; where that is perfect, how many are off by more than 5 cm."""
+    perfect = group.condition == PERFECT
+    name, limit = ("ate_m", PERFECT_M) if perfect else ("ate_m_ratio", NO_WORSE)
+    count = group.beyond(name, limit)
+    if not count:
+        return ""
+    spread = group.spreads[name]
+    case = case_words((spread.worst_case.world, spread.worst_case.seed), group)
+    if perfect:
+        return f"{count} of {len(group.rows)} more than 5 cm off, the worst {100 * spread.worst:.1f} cm ({case})"
+    return f"{count} of {len(group.rows)} worse than raw odometry, the worst {spread.worst:.2f} × ({case})"
 
 
 def case_words(case: tuple[str, int], group: Group) -> str:
@@ -118,7 +126,7 @@ def _ratio(condition: str, group: Group | None) -> str:
     if group is None:
         return NONE
     failed = f", {group.failed} failed" if group.failed else ""
-    if "ate_m_ratio" in group.spreads and condition != "perfect":
+    if "ate_m_ratio" in group.spreads and condition != PERFECT:
         spread = group.spreads["ate_m_ratio"]
         return f"{spread.median:.2f} ({spread.worst:.2f}{failed})"
     if "ate_m" in group.spreads:  # raw odometry errs by nothing: there is no ratio to it
