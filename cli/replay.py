@@ -86,7 +86,6 @@ def command(
     from cli.progress import progress
     from slam.algorithms import DEFAULT, algorithm
     from sonarlog.accounting import told
-    from sonarlog.exports.folder import check_folder_free, export_folder
     from sonarlog.replay import replay
     from sonarlog.robot import load_robot
 
@@ -103,6 +102,8 @@ def command(
         _resumed(recording, chosen, output, start, as_json=as_json, quiet=quiet)
         return
     if folder is not None:
+        from sonarlog.exports.folder import check_folder_free, export_folder
+
         check_folder_free(folder, force=force)
     title = f"{recording.name} {chosen.name}"
     with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
