@@ -4,7 +4,7 @@ Frontier cells are free cells next to unknown ones, their clusters are regions, 
 gain for the cost of the way to it. The next scan is due at the end of the leg, from where walls are seen again.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,10 +13,13 @@ from slam.boards import within
 from slam.dmath import Floats
 from slam.geometry import Pose
 from slam.grid import Grid
-from slam.intent import Block, Intent, blocked
+from slam.intent import Block, Intent
 from slam.planning import STRAIGHT, Cell, Ground, Path, Ways, find_path, least
 from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
 from slam.sweep import Ints
+
+PATIENCE = 3
+"""So often the robot tries again what it could not reach, when there is nothing else to do."""
 
 ROUND = 16
 """Waves of the search for ways between two looks at what may still win."""
@@ -74,17 +77,15 @@ class Decision:
 
 def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> tuple[Decision, Intent]:
     """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
-    pose, sweep = poses[-1], len(poses) - 1
-    blocks = blocked(before, pose, sweep, config.block_sweeps)
-    decision = _decided(grid, poses, before, blocks, config)
-    if decision.chosen is None and blocks:  # perhaps it is gone: look again
-        again = _decided(grid, poses, before, (), config)
-        if again.chosen is not None and max(block.times for block in blocks) < 3:
-            decision = again
+    known = before.after(poses[-1], len(poses) - 1, config.block_sweeps)
+    decision = _decided(grid, poses, known, config)
+    tries = max((each.times for each in (*known.blocks, *known.vain)), default=PATIENCE)
+    if decision.chosen is None and tries < PATIENCE:  # perhaps it is gone: look again
+        decision = _decided(grid, poses, known.forgiving(), config)
     if decision.chosen is None:
-        return decision, Intent(None, None, blocks)
+        return decision, replace(known, goal=None, leg=None)
     goal = decision.regions[decision.chosen].centre
-    return decision, Intent(goal, decision.path[: decision.leg + 1], blocks)
+    return decision, replace(known, goal=goal, leg=decision.path[: decision.leg + 1])
 
 
 def ground_of(ranks: Ranks, blocks: tuple[Block, ...], config: FrontierConfig) -> Ground:
@@ -134,9 +135,8 @@ def _discs(blocks: tuple[Block, ...], ranks: Ranks, radius_m: float) -> int:
     return within(board, ranks.stride, int(radius_m / ranks.cell_m)) if board else 0
 
 
-def _decided(
-    grid: Grid, poses: tuple[Pose, ...], before: Intent, blocks: tuple[Block, ...], config: FrontierConfig
-) -> Decision:
+def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Decision:
+    blocks = known.blocks
     nothing = Decision(0, (), None, np.zeros((0, 2)), blocks=blocks)
     ranks = ranks_of(grid, config.chink_cells, _spare(config, grid.cell_m))
     if ranks is None:
@@ -154,7 +154,7 @@ def _decided(
             pieces.sizes.tolist(), centres.tolist(), pieces.gains.tolist(), targets, strict=True
         )
     )
-    worth = _worth(centres, pieces, poses, before, config)
+    worth = _worth(centres, pieces, poses, known, config)
     chosen, path = _best(worth, targets, ground, start, config)
     if chosen is None or path is None:
         return Decision(frontier.bit_count(), regions, None, nothing.path, blocks=blocks)
@@ -168,6 +168,8 @@ def _worth(centres: Floats, pieces: Pieces, poses: tuple[Pose, ...], before: Int
     near = dmath.hypot(centres[:, :1] - x, centres[:, 1:] - y) < config.stood_m
     worth = np.minimum(pieces.gains, config.most_gain_m2)
     stood = np.count_nonzero(near, axis=1)
+    for each in before.vain:
+        stood += each.times * (dmath.hypot(centres[:, 0] - each.x, centres[:, 1] - each.y) < config.stood_m)
     for times in range(1, int(stood.max(initial=0)) + 1):
         worth = np.where(stood >= times, worth * config.stood_share, worth)
     worth = np.where(worth < config.min_gain_m2, 0.0, worth)

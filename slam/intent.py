@@ -19,7 +19,7 @@ ARRIVED_M = 0.30
 ASTRAY_M = 0.50
 """So far off its path, someone else sent it somewhere."""
 
-BEFORE_M = 0.40
+BEFORE_M = 0.35
 """So far before its centre stands what stopped it."""
 
 
@@ -35,24 +35,39 @@ class Block:
 
 @dataclass(frozen=True)
 class Intent:
-    """The goal that was chosen last, and the way (k, 2) to where the next scan is due; what was in the way before."""
+    """The goal that was chosen last, and the way (k, 2) to where the next scan is due.
+
+    `blocks` were in the way before, and the goals at `vain` were not reached for them.
+    """
 
     goal: Point | None = None
     leg: Floats | None = None
     blocks: tuple[Block, ...] = ()
+    vain: tuple[Block, ...] = ()
+
+    def after(self, pose: Pose, sweep: int, keep: int) -> "Intent":
+        """What is known to be in the way, now that the robot is here; forgotten after `keep` sweeps for each time."""
+        blocks, vain = (
+            tuple(each for each in known if sweep - each.sweep <= keep * each.times)
+            for known in (self.blocks, self.vain)
+        )
+        point = _stopped_by(self.leg, pose)
+        if point is not None:
+            blocks = _noted(blocks, point, sweep)
+            vain = _noted(vain, self.goal or point, sweep)
+        return replace(self, blocks=blocks, vain=vain)
+
+    def forgiving(self) -> "Intent":
+        """As if nothing had been in the way."""
+        return replace(self, blocks=(), vain=())
 
 
-def blocked(before: Intent, pose: Pose, sweep: int, keep: int) -> tuple[Block, ...]:
-    """What is known to be in the way, now that the robot is here; forgotten after `keep` sweeps for each time."""
-    blocks = tuple(block for block in before.blocks if sweep - block.sweep <= keep * block.times)
-    point = _stopped_by(before.leg, pose)
-    if point is None:
-        return blocks
-    same = [block for block in blocks if dmath.hypot(block.x - point[0], block.y - point[1]) < BEFORE_M]
+def _noted(known: tuple[Block, ...], point: Point, sweep: int) -> tuple[Block, ...]:
+    same = [each for each in known if dmath.hypot(each.x - point[0], each.y - point[1]) < BEFORE_M]
     if not same:
-        return (*blocks, Block(*point, sweep))
+        return (*known, Block(*point, sweep))
     again = replace(same[0], sweep=sweep, times=same[0].times + 1)
-    return tuple(again if block is same[0] else block for block in blocks)
+    return tuple(again if each is same[0] else each for each in known)
 
 
 def _stopped_by(leg: Floats | None, pose: Pose) -> Point | None:

@@ -26,7 +26,7 @@ class ReliabilityConfig:
     driving: DrivingConfig = field(default_factory=DrivingConfig)
     strong_width_deg: float = 18.0
     merged_width_deg: float = 33.0  # no surface answers over more: a wall and what stands at its end
-    bearing_sigma_deg: float = 0.4  # of an RCD that all eight sonars of a ring see
+    bearing_sigma_deg: float = 0.5  # of an RCD that all eight sonars of a ring see
     narrower_deg: float = 0.5  # an RCD is as wide as the beam, or a little wider than that …
     wider_deg: float = 3.5  # … or else something next to it shifts one of its edges
     associate_m: float = 0.10

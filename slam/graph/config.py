@@ -13,7 +13,7 @@ class GraphConfig:
 
     window: int = 25  # sweeps that move at every step; older ones only when a loop closes
     iterations: int = 6
-    kernel: float = 2.0  # Cauchy's, in standard deviations: what is further off counts less and less
+    kernel: float = 1.0  # Cauchy's, in standard deviations: what is further off counts less and less
     distance_sigma_m: float = 0.005
     step_sigma_m: float = 0.003
     step_sigma: float = 0.005  # of a step's length
@@ -31,6 +31,6 @@ class GraphConfig:
     gate: float = 16.0
     margin: float = 6.0  # a match is unambiguous if the next best is that much worse
     gap_m: float = 3.0  # pieces of one wall may be this far apart
-    nature_margin: float = 12.0
+    nature_margin: float = 8.0
     merge_margin: float = 12.0  # two chains are one wall if that adds no more than this to the total error
     explained: float = 0.5  # with a smaller share of walls matched, the coarse search tries to find the place

@@ -14,7 +14,7 @@ from slam.association import OPEN, POINT, WALL, Association, Link, associate
 from slam.config import Config
 from slam.dmath import DEGREE, PI, Floats
 from slam.features import Wall
-from slam.geometry import Pose, wrap
+from slam.geometry import Bools, Pose, wrap
 from slam.graph.config import GraphConfig
 from slam.graph.problem import RING, Graph, looks
 from slam.graph.solver import weights
@@ -99,14 +99,32 @@ def _predicted(calibrated: Calibrated, config: GraphConfig) -> Place:
 
 def _in_two_rounds(graph: Graph, sights: Sights, place: Place, config: GraphConfig) -> Found:
     near = _near(graph, place.pose)
-    pairs, postponed = _matched(_distances(graph, near, sights, place, config), config.gate, config.margin)
+    chi, as_point = _distances(graph, near, sights, place, config)
+    pairs, postponed = _matched(chi, config.gate, config.margin)
     if not pairs:
         return Found({}, postponed, place)
-    better = _placed(graph, sights, {k: int(near[c]) for k, c in pairs.items()}, place, config)
+    better = _placed(graph, sights, _taken(pairs, near, as_point), place, config)
     wider = replace(better, covariance=2.0 * better.covariance)
-    pairs, postponed = _matched(_distances(graph, near, sights, wider, config), config.gate, 0.5 * config.margin)
-    matched = {k: int(near[c]) for k, c in pairs.items()}
-    return Found(matched, postponed, _placed(graph, sights, matched, place, config))
+    chi, as_point = _distances(graph, near, sights, wider, config)
+    pairs, postponed = _matched(chi, config.gate, 0.5 * config.margin)
+    taken = _taken(pairs, near, as_point)
+    matched = dict(zip(taken.wall.tolist(), taken.landmark.tolist(), strict=True))
+    return Found(matched, postponed, _placed(graph, sights, taken, place, config))
+
+
+@dataclass(frozen=True)
+class _Taken:
+    """Pairs (p,) of a wall and a landmark, and whether the landmark is taken for a point in it."""
+
+    wall: Ints
+    landmark: Ints
+    as_point: Bools
+
+
+def _taken(pairs: dict[int, int], near: Ints, as_point: Bools) -> _Taken:
+    wall = np.array(sorted(pairs), dtype=np.int64)
+    column = np.array([pairs[k] for k in sorted(pairs)], dtype=np.int64)
+    return _Taken(wall, near[column], as_point[wall, column])
 
 
 def _after_search(
@@ -129,9 +147,10 @@ def _near(graph: Graph, pose: Floats) -> Ints:
     return np.flatnonzero((graph.alive != 0) & (dmath.hypot(beside, across) <= REACH_M))
 
 
-def _distances(graph: Graph, near: Ints, sights: Sights, place: Place, config: GraphConfig) -> Floats:
-    """χ² of each wall (n) as each landmark near by (l); inf where it cannot be."""
+def _distances(graph: Graph, near: Ints, sights: Sights, place: Place, config: GraphConfig) -> tuple[Floats, Bools]:
+    """χ² of each wall (n) as each landmark near by (l), inf where it cannot be; and whether as a point."""
     best = np.full((len(sights.bearing), len(near)), np.inf)
+    as_point = np.zeros(best.shape, dtype=bool)
     sweep = len(graph.poses)
     away = np.minimum(sweep - graph.seen[near], OLD_SWEEPS).astype(np.float64)
     extra = [away * (s * s) for s in (config.away_m, config.away_m, config.away_deg * DEGREE)]
@@ -153,8 +172,9 @@ def _distances(graph: Graph, near: Ints, sights: Sights, place: Place, config: G
         may = np.repeat(may[None, :], len(b), axis=0)
         if kind == WALL:
             may &= _gaps(graph, near, sights, place.pose) <= config.gap_m
-        best = np.where(may, np.minimum(best, chi), best)
-    return best
+        better = may & (chi < best)
+        best, as_point = np.where(better, chi, best), np.where(better, kind == POINT, as_point)
+    return best, as_point
 
 
 def _form(by_pose: Floats, covariance: Floats, extra: list[Floats], u: int, v: int) -> Floats:
@@ -202,9 +222,9 @@ def _matched(chi: Floats, gate: float, margin: float) -> tuple[dict[int, int], t
     return pairs, tuple(sorted(doubtful))
 
 
-def _placed(graph: Graph, sights: Sights, pairs: dict[int, int], prior: Place, config: GraphConfig) -> Place:
+def _placed(graph: Graph, sights: Sights, taken: _Taken, prior: Place, config: GraphConfig) -> Place:
     """The pose at which these walls are those landmarks, held against the prior; the landmarks stay where they are."""
-    rows, of = np.array(list(pairs), dtype=np.int64), np.array(list(pairs.values()), dtype=np.int64)
+    rows, of = taken.wall, taken.landmark
     tilt = config.match_bearing_deg * DEGREE
     sigma = np.stack(
         [np.sqrt(sights.sigma[rows] * sights.sigma[rows] + tilt * tilt), np.full(len(rows), config.match_distance_m)],
@@ -215,7 +235,7 @@ def _placed(graph: Graph, sights: Sights, pairs: dict[int, int], prior: Place, c
     for _ in range(4):
         seen = looks(
             np.repeat(pose[None, :], len(of), axis=0),
-            graph.nature[of] == POINT,
+            taken.as_point,
             graph.line[of], graph.point[of], graph.anchor[of], float(graph.errors[RING]),
         )  # fmt: skip
         off = np.stack([wrap(sights.bearing[rows] - seen.bearing), sights.distance[rows] - seen.distance], axis=1)
@@ -240,7 +260,7 @@ def _link(k: int, landmark: int, sights: Sights, place: Place, track: Track) -> 
     graph = track.graph
     one = np.array([landmark])
     seen = looks(
-        place.pose[None, :], graph.nature[one] == POINT,
+        place.pose[None, :], graph.as_point[one] != 0,
         graph.line[one], graph.point[one], graph.anchor[one], float(graph.errors[RING]),
     )  # fmt: skip
     members = track.chains.members

@@ -38,9 +38,11 @@ def tell_natures(graph: Graph, touched: Ints, config: GraphConfig) -> Graph:
     told = np.where(as_wall - as_point > config.nature_margin, POINT, told)
     nature, lines, points = graph.nature.copy(), graph.line.copy(), graph.point.copy()
     nature[chosen] = told
+    taken = graph.as_point.copy()
+    taken[chosen] = (told == POINT) | ((told == OPEN) & (as_point < as_wall))
     lines[chosen[told != POINT]] = line[told != POINT]
     points[chosen[told != WALL]] = point[told != WALL]
-    return replace(graph, nature=nature, line=lines, point=points)
+    return replace(graph, nature=nature, as_point=taken, line=lines, point=points)
 
 
 def _fitted(

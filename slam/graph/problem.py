@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slam import dmath
-from slam.association import POINT
 from slam.dmath import Floats
 from slam.geometry import Bools, wrap
 from slam.sweep import Ints
@@ -28,7 +27,7 @@ class Graph:
     (n,) is 0.
     Sightings: `sweep`, `landmark` (k,); `bearing`, `distance` with the bearing's own `sigma`; `left`, `right` the
     extent of what was seen, along the tangent from the foot point.
-    Landmarks: `nature`, `seen` (the last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2)
+    Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2)
     along the tangent from the anchor; `tried` (m, 2) with which older one a merge failed last, and how often both had
     been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
     chain, `drawn_as` (k, 2) that chain and its nature.
@@ -46,6 +45,7 @@ class Graph:
     left: Floats
     right: Floats
     nature: Ints
+    as_point: Ints
     seen: Ints
     alive: Ints
     line: Floats
@@ -65,7 +65,7 @@ class Graph:
         pairs = np.zeros((0, 2))
         return cls(
             np.zeros((0, 3)), np.zeros((0, 5)), whole, whole, whole, none, none, none, none, none,
-            whole, whole, whole, pairs, pairs, pairs, pairs, np.zeros((0, 2), dtype=np.int64), np.zeros((0, 4)),
+            whole, whole, whole, whole, pairs, pairs, pairs, pairs, np.zeros((0, 2), dtype=np.int64), np.zeros((0, 4)),
             np.zeros((0, 2), dtype=np.int64), np.zeros(4), np.array([0.0, 0.01]),
         )  # fmt: skip
 
@@ -127,7 +127,7 @@ def sighting_residuals(graph: Graph, rows: Ints, distance_sigma: float) -> tuple
     of = graph.landmark[rows]
     seen = looks(
         graph.poses[graph.sweep[rows]],
-        graph.nature[of] == POINT,
+        graph.as_point[of] != 0,
         graph.line[of],
         graph.point[of],
         graph.anchor[of],

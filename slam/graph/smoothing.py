@@ -95,6 +95,7 @@ def _with_sightings(
     graph = graph.with_rows(
         {
             "nature": np.full(len(new), OPEN),
+            "as_point": np.zeros(len(new)),
             "seen": np.full(len(new), sweep),
             "alive": [int(k not in association.postponed) for k in new],
             "line": np.stack([alpha, np.zeros(len(new))], axis=1),
@@ -120,9 +121,10 @@ def _with_sightings(
 
 def _solved(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> Graph:
     """Solved, with natures told, and solved again if one has changed."""
+    graph = tell_natures(graph, touched, config)
     graph = solve(graph, part_from(graph, first), config)
     told = tell_natures(graph, touched, config)
-    if bool((told.nature == graph.nature).all()):
+    if bool((told.as_point == graph.as_point).all()):
         return told
     return solve(told, part_from(told, first), config)
 

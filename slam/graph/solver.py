@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slam import dmath
-from slam.association import POINT
 from slam.dmath import DEGREE, Floats
 from slam.geometry import GRAIN, quantise, wrap
 from slam.graph.config import GraphConfig
@@ -21,8 +20,8 @@ from slam.sweep import Ints
 ERRORS = 4
 DENSE = 80
 """Up to so many poses the normal equations are solved as if nothing in them was zero."""
-SETTLED = 1e-5
-"""Metres and radians: a step that small is the last."""
+SETTLED = 3e-4
+"""Metres and radians: a step that small is the last: the next sweep goes on from there."""
 MOTION_KERNEL = 3.0
 
 
@@ -84,7 +83,7 @@ def total_error(graph: Graph, part: Part, config: GraphConfig) -> float:
     seen, _, _ = sighting_residuals(graph, part.rows, config.distance_sigma_m)
     steps = motion_residuals(graph, part.sweeps, config)[0]
     return dmath.total(kernel_cost(seen, config.kernel).ravel()) + dmath.total(
-        kernel_cost(_lengths(steps), MOTION_KERNEL)
+        kernel_cost(steps, MOTION_KERNEL).ravel()
     )
 
 
@@ -96,10 +95,6 @@ def weights(residuals: Floats, kernel: float) -> Floats:
 def kernel_cost(residuals: Floats, kernel: float) -> Floats:
     """Cauchy's, by the residuals in standard deviations."""
     return np.asarray(kernel * kernel * dmath.log(1.0 + residuals * residuals / (kernel * kernel)))
-
-
-def _lengths(steps: Floats) -> Floats:
-    return np.sqrt((steps[:, 0] * steps[:, 0] + steps[:, 1] * steps[:, 1] + steps[:, 2] * steps[:, 2]) / 3.0)
 
 
 @dataclass(frozen=True)
@@ -128,7 +123,7 @@ def _iterate(graph: Graph, part: Part, config: GraphConfig) -> tuple[Graph, floa
     moved[part.first :] += step[: 3 * poses].reshape(-1, 3)
     line, point = graph.line.copy(), graph.point.copy()
     change = _landmark_steps(step, seen, part)
-    points = graph.nature[part.landmarks] == POINT
+    points = graph.as_point[part.landmarks] != 0
     point[part.landmarks[points]] += change[points]
     line[part.landmarks[~points]] += change[~points]
     errors = graph.errors + step[3 * poses :]
@@ -170,55 +165,38 @@ def _sightings(graph: Graph, part: Part, config: GraphConfig) -> _Seen:
 
 def _add_poses(matrix: Floats, right: Floats, seen: _Seen, part: Part) -> None:
     """The sightings' own share in the poses and in RING."""
-    poses, ring = len(part.sweeps), len(right) - 1
-    slot = part.slot + 1  # 0: a pose that does not move
-
-    def summed(values: Floats) -> Floats:
-        return np.asarray(np.bincount(slot, weights=values, minlength=poses + 1)[1:], dtype=np.float64)
-
-    own = 3 * np.arange(poses)
-    for a in range(3):
-        for b in range(3):
-            both = seen.by_pose[:, 0, a] * seen.by_pose[:, 0, b] + seen.by_pose[:, 1, a] * seen.by_pose[:, 1, b]
-            matrix[own + a, own + b] += summed(both)
-        mixed = summed(seen.by_pose[:, 0, a] * seen.by_ring)
-        matrix[own + a, ring] += mixed
-        matrix[ring, own + a] += mixed
-        right[own + a] += summed(
-            seen.by_pose[:, 0, a] * seen.residual[:, 0] + seen.by_pose[:, 1, a] * seen.residual[:, 1]
-        )
-    matrix[ring, ring] += dmath.total(seen.by_ring * seen.by_ring)
-    right[ring] += dmath.total(seen.by_ring * seen.residual[:, 0])
+    rows = np.flatnonzero(part.slot >= 0)
+    by_ring = np.stack([seen.by_ring, np.zeros(len(seen.by_ring))], axis=1)
+    jacobian = np.concatenate([seen.by_pose, by_ring[:, :, None]], axis=2)
+    ring = len(right) - 1
+    at = np.concatenate([3 * part.slot[:, None] + np.arange(3), np.full((len(part.slot), 1), ring)], axis=1)
+    _add(matrix, right, jacobian[rows], seen.residual[rows], at[rows])
+    still = part.slot < 0
+    matrix[ring, ring] += dmath.total(np.where(still, seen.by_ring * seen.by_ring, 0.0))
+    right[ring] += dmath.total(np.where(still, seen.by_ring * seen.residual[:, 0], 0.0))
 
 
 def _add_motions(matrix: Floats, right: Floats, graph: Graph, part: Part, config: GraphConfig) -> None:
     residual, by_former, by_latter, by_errors = motion_residuals(graph, part.sweeps, config)
-    root = np.sqrt(weights(_lengths(residual), MOTION_KERNEL))
-    residual = residual * root[:, None]
-    by_former, by_latter, by_errors = (j * root[:, None, None] for j in (by_former, by_latter, by_errors))
-    poses = len(part.sweeps)
-    latter = 3 * np.arange(poses)
-    errors = len(right) - ERRORS
-    # The pose before the first that moves stays: it has no unknowns.
-    both = [(by_latter, latter, slice(None)), (by_former[1:], latter[:-1], slice(1, None))]
-    for first, at_first, of_first in both:
-        for a in range(first.shape[2]):
-            right[at_first + a] -= _dot(first[:, :, a], residual[of_first])
-            for b in range(ERRORS):
-                mixed = _dot(first[:, :, a], by_errors[of_first][:, :, b])
-                matrix[at_first + a, errors + b] += mixed
-                matrix[errors + b, at_first + a] += mixed
-            for b in range(3):
-                matrix[at_first + a, at_first + b] += _dot(first[:, :, a], first[:, :, b])
-    for a in range(3):
-        for b in range(3):
-            mixed = _dot(by_former[1:, :, a], by_latter[1:, :, b])
-            matrix[latter[:-1] + a, latter[1:] + b] += mixed
-            matrix[latter[1:] + b, latter[:-1] + a] += mixed
-    for a in range(ERRORS):
-        right[errors + a] -= dmath.total(_dot(by_errors[:, :, a], residual))
-        for b in range(ERRORS):
-            matrix[errors + a, errors + b] += dmath.total(_dot(by_errors[:, :, a], by_errors[:, :, b]))
+    root = np.sqrt(weights(residual, MOTION_KERNEL))
+    jacobian = np.concatenate([by_former, by_latter, by_errors], axis=2) * root[:, :, None]
+    # The pose before the first that moves stays.
+    jacobian[:1, :, :3] = 0.0
+    latter = 3 * np.arange(len(part.sweeps))[:, None] + np.arange(3)
+    errors = np.repeat(np.arange(len(right) - ERRORS, len(right))[None, :], len(latter), axis=0)
+    at = np.concatenate([np.maximum(latter - 3, 0), latter, errors], axis=1)
+    _add(matrix, right, jacobian, -residual * root, at)
+
+
+def _add(matrix: Floats, right: Floats, jacobian: Floats, residual: Floats, at: Ints) -> None:
+    """JᵀJ and Jᵀr of rows with Jacobians (n, q, c) and residuals (n, q), whose columns are the unknowns `at` (n, c)."""
+    squares = np.zeros((*at.shape, at.shape[1]))
+    toward = np.zeros(at.shape)
+    for q in range(jacobian.shape[1]):
+        squares += jacobian[:, q, :, None] * jacobian[:, q, None, :]
+        toward += jacobian[:, q] * residual[:, q, None]
+    np.add.at(matrix, (at[:, :, None], at[:, None, :]), squares)
+    np.add.at(right, at, toward)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
