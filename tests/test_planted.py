@@ -91,19 +91,26 @@ def mirror(there: Report, back: Report) -> None:
         assert there.first.decisions == back.first.decisions[::-1] or not there.first.decisions[1]
 
 
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [(Pose(0.05, -0.12, np.radians(0.6)), "turned by +0.6° and shifted by 10 cm"),
+     (Pose(1.5, 2.0, np.radians(25.0)), "turned by +25.0° and shifted by 341 cm")],
+)  # fmt: skip
 def test_a_shifted_map_is_one_sentence_and_no_wall(
-    before: Run, sweeps: list[Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start: Pose, words: str, before: Run, sweeps: list[Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(self_calibration, "ORIGIN", Pose(0.05, -0.12, np.radians(0.6)).quantised())
+    monkeypatch.setattr(self_calibration, "ORIGIN", start.quantised())
     report, back = reports(before, made(tmp_path / "b.run.mcap", sweeps))
     assert report.first is not None
     assert (report.first.sweep, report.first.block) == (0, "B")
-    assert report.alignment.turned_deg == pytest.approx(0.6, abs=0.02)
-    # A turn of 0.6° about the start moves the middle of the path, 2.8 m on, by 2.9 cm to the left.
-    assert report.alignment.shift_m == pytest.approx((0.05, -0.12 + 0.029), abs=0.005)
+    assert report.first.decisions[0] == "predicts (0.00, 0.00) m, 0.0°"
+    assert report.alignment.turned_deg == pytest.approx(np.degrees(start.theta), abs=0.02)
+    # Where the middle of A's path, 2.8 m on, went.
+    x, y = start.points(np.array([[2.8, 0.0]]))[0]
+    assert report.alignment.shift_m == pytest.approx((x - 2.8, y), abs=0.01)
     assert kinds(report) == {}
-    assert report.path.aligned_largest_m < 0.01 < report.path.largest_m
-    assert "B's map is turned by +0.6° and shifted by 10 cm; without that, the paths are the same" in report.headline
+    assert report.path.aligned_largest_m < 0.02 < report.path.largest_m
+    assert f"B's map is {words}; without that, the paths are" in report.headline
     assert f"all {len(report.walls)} walls are the same" in report.headline
     assert report.aligned_cells.changed < report.cells.changed
     mirror(report, back)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sonarlog.apart import Apart
-from sonarlog.words import block_lines, counted, wall_line
+from sonarlog.words import block_lines, counted, pose, wall_line
 
 Values = Mapping[str, Any]
 Said = tuple[str, str]
@@ -26,7 +26,9 @@ def decided(
     none), `found` what differs in these; `cell_m` is the size of the map's cells. Runs of two versions of the code may
     have other values: then by name.
     """
-    tellers: list[tuple[Teller, tuple[Any, Any]]] = [(chained, steps)] if block == "E" else []
+    tellers: list[tuple[Teller, tuple[Any, Any]]] = []
+    if block in _OF_STEPS:
+        tellers.append((_OF_STEPS[block], steps))
     if block in _TOLD and outputs[0] is not None and outputs[1] is not None:
         tellers.append((_TOLD[block], outputs))
     if block == "H" and outputs[0] is not None and outputs[1] is not None:
@@ -79,6 +81,12 @@ def _has(count: int, only: list[tuple[int, ...]]) -> str:
     t_ns, sonar, mm = only[0]
     more = f" and {len(only) - 1} more" if len(only) > 1 else ""
     return f"has {counted(count, 'reading')}, alone that of sonar {sonar} at {t_ns / 1e9:.2f} s ({mm} mm){more}"
+
+
+def _predicted(a: Values, b: Values) -> Said | None:
+    """B: where each takes the robot to be, if they think the same of it otherwise."""
+    mine, yours = (f"predicts {pose(each['predicted'])}" for each in (a, b))
+    return (mine, yours) if a["calibration"] == b["calibration"] and mine != yours else None
 
 
 def _rcds(a: Values, b: Values) -> Said | None:
@@ -182,6 +190,7 @@ def _sees(count: int, noun: str, only: str | None) -> str:
     return f"sees {counted(count, noun)}{f', alone one {only}' if only else ', none of its own'}"
 
 
+_OF_STEPS: dict[str, Teller] = {"B": _predicted, "E": chained}
 _TOLD: dict[str, Teller] = {
     "A": _readings,
     "C": _rcds,
