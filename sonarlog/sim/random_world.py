@@ -5,77 +5,16 @@ and glass that hardly answers. Same number, same place, on every machine. Must n
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from sonarlog.sim.outline import (
-    Edge,
-    Leg,
-    Outline,
-    Stretch,
-    box,
-    from_edge,
-    gap,
-    is_simple,
-    laid,
-    niche,
-    pane,
-    ring,
-    room,
-    strip,
-)  # fmt: skip
+from sonarlog.sim.outline import Edge, Leg, Outline, Stretch, from_edge, is_simple, laid, ring, room, strip
+from sonarlog.sim.random_fittings import glaze, let_in, materials, pillars
+from sonarlog.sim.random_place import WALL_M, Dice, Place, clear, replaced
 from sonarlog.sim.random_tour import Tour, Visit
-from sonarlog.sim.rng import Noise
-from sonarlog.sim.world import RANDOM, Material, Pole, Wall, World
+from sonarlog.sim.world import RANDOM, Pole, Wall, World
 
-WALL_M = 0.12
-"""No two walls are nearer to one another."""
-ROOM_TO_PASS_M = 0.5
-"""The tour's line is nowhere nearer to a surface."""
 _TRIES = 200
 _CAP_M = 1.3  # behind the robot, at the start
-
-
-class Dice:
-    """Numbers in the order they are asked for."""
-
-    def __init__(self, number: int) -> None:
-        self._noise = Noise(number, "random world")
-        self._count = 0
-
-    def between(self, low: float, high: float) -> float:
-        """Evenly, in whole hundredths."""
-        self._count += 1
-        return round(low + (high - low) * self._noise.uniform(self._count), 2)
-
-    def whole(self, low: int, high: int) -> int:
-        """Evenly, both ends included."""
-        self._count += 1
-        return low + self._noise.bits(self._count) % (high - low + 1)
-
-    def chance(self, share: float) -> bool:
-        """True so often."""
-        self._count += 1
-        return self._noise.uniform(self._count) < share
-
-    def side(self) -> int:
-        """1 left, -1 right."""
-        return 1 if self.chance(0.5) else -1
-
-
-@dataclass
-class Place:
-    """A world in the making."""
-
-    about: str
-    outlines: list[Outline]
-    tour: Tour
-    poles: list[tuple[float, float, float]]
-    narrow: bool = False
-    glass: tuple[str, ...] = ("silent", "seldom", "narrow")
-
-    def edges(self) -> list[Edge]:
-        """All pieces of all outlines."""
-        return [edge for outline in self.outlines for edge in outline]
 
 
 def random_world(number: int) -> World:
@@ -84,17 +23,17 @@ def random_world(number: int) -> World:
     make = _KINDS[number % len(_KINDS)]
     for _ in range(_TRIES):
         place = make(dice)
-        if place is not None and _clear(place, place.edges()):
+        if place is not None and clear(place, place.edges()):
             break
     else:
         raise AssertionError(f"no place {number}")  # none of the first hundred thousand numbers comes to this
-    materials = _materials(dice)
-    _let_in(dice, place)
-    _glaze(dice, place)
+    of = materials(dice)
+    let_in(dice, place)
+    glaze(dice, place)
     if dice.chance(0.5):
         place = _mirrored(place)
-    walls = [Wall(*edge.start, *edge.end, materials[edge.material]) for edge in place.edges()]
-    poles = [Pole(x, y, radius, materials["post"]) for x, y, radius in place.poles]
+    walls = [Wall(*edge.start, *edge.end, of[edge.material]) for edge in place.edges()]
+    poles = [Pole(x, y, radius, of["post"]) for x, y, radius in place.poles]
     return World(f"{RANDOM}{number}", place.about, place.tour.text, tuple(walls), tuple(poles))
 
 
@@ -174,7 +113,7 @@ def _hall(dice: Dice) -> Place | None:
     about = f"hall of {hall:g} × {left + right:g} m with pillars, ways of {width:g} m width"
     place = _place(about, stretches, [(), (look,), *(() for _ in legs[2:])], wide=1)
     if place is not None:
-        _pillars(dice, place, stretches[1])
+        pillars(dice, place, stretches[1])
     return place
 
 
@@ -210,94 +149,10 @@ def _add_room(dice: Dice, outline: Outline, stretch: Stretch, along: float, side
         parallel = abs(ux * stretch.uy - uy * stretch.ux) < 1e-6
         at = (middle[0] - edge.start[0]) * ux + (middle[1] - edge.start[1]) * uy - door / 2
         if parallel and from_edge(middle, edge) < 1e-6 and at >= 0.2 and at + door <= edge.length - 0.2:
-            if _replaced(outline, [outline], n, room(edge, at, door, jamb, size)):
+            if replaced(outline, [outline], n, room(edge, at, door, jamb, size)):
                 return Visit(round(along, 2), side, round(half + jamb + size[2] - dice.between(0.8, 1.2), 2))
             return None
     return None
-
-
-def _replaced(outline: Outline, all_outlines: Sequence[Outline], n: int, pieces: Outline) -> bool:
-    """Put these pieces in the place of edge n, unless they come too near to anything."""
-    near = {id(outline[n - 1]), id(outline[n]), id(outline[(n + 1) % len(outline)])}
-    others = [edge for each in all_outlines for edge in each if id(edge) not in near]
-    added = pieces[1:-1]
-    if any(gap(piece, other) < WALL_M for piece in added for other in others):
-        return False
-    beside = [outline[n - 1], outline[(n + 1) % len(outline)]]
-    if any(gap(piece, other) < WALL_M for piece in added[1:-1] for other in beside):
-        return False
-    outline[n : n + 1] = pieces
-    return True
-
-
-def _pillars(dice: Dice, place: Place, hall: Stretch) -> None:
-    """Round and square ones, wherever they leave the tour room."""
-    placed: list[tuple[float, float]] = []
-    for _ in range(dice.whole(14, 30)):
-        x, y = hall.at(
-            dice.between(0.8, hall.leg.length - 0.8), dice.between(0.8 - hall.leg.right, hall.leg.left - 0.8)
-        )
-        size, turned, is_round = dice.between(0.2, 0.6), dice.whole(0, 89), dice.chance(0.5)
-        if any((x - px) * (x - px) + (y - py) * (y - py) < 1.4 for px, py in placed):
-            continue
-        pillar = [] if is_round else [box(x, y, (size, dice.between(0.2, 0.6)), turned, "plaster")]
-        poles = [(x, y, size / 2)] if is_round else []
-        if _clear(place, [edge for outline in pillar for edge in outline], poles):
-            place.outlines += pillar
-            place.poles += poles
-            placed.append((x, y))
-
-
-def _let_in(dice: Dice, place: Place) -> None:
-    """Niches, doors set back, and piers, into a share of the long walls; into those of narrow ways none."""
-    share = 0.0 if place.narrow else dice.between(0.1, 0.7)
-    for outline in place.outlines[:2]:
-        for edge in list(outline):
-            if edge.length < 2.4 or not dice.chance(share):
-                continue
-            width, along = dice.between(0.8, 1.4), dice.between(0.3, edge.length - 1.8)
-            depth = dice.between(0.08, 0.2) if dice.chance(0.6) else dice.between(0.25, 0.6)
-            if dice.chance(0.2):
-                depth, width = -dice.between(0.08, 0.2), dice.between(0.25, 0.6)
-            pieces = niche(edge, along, width, depth, "door" if 0 < depth < 0.25 else "plaster")
-            if depth > 0 or _clear(place, pieces):
-                n = next(k for k, other in enumerate(outline) if other is edge)
-                _replaced(outline, place.outlines, n, pieces)
-
-
-def _glaze(dice: Dice, place: Place) -> None:
-    """Glass in some walls: of each place one or two sorts. What never answers is short, for robots run into it."""
-    share = dice.between(0.0, 0.6)
-    sorts = [place.glass[dice.whole(0, len(place.glass) - 1)] for _ in range(dice.whole(1, 2))]
-    for outline in place.outlines[:2]:
-        for edge in list(outline):
-            if edge.length < 1.6 or edge.material != "plaster" or not dice.chance(share):
-                continue
-            sort = sorts[dice.whole(0, len(sorts) - 1)]
-            width = dice.between(0.8, min(edge.length - 0.3, 1.4 if sort == "silent" else 5.0))
-            along = dice.between(0.1, edge.length - width - 0.1)
-            n = next(k for k, other in enumerate(outline) if other is edge)
-            outline[n : n + 1] = pane(edge, along, width, sort)
-
-
-def _materials(dice: Dice) -> dict[str, Material]:
-    return {
-        "plaster": Material(dice.between(12.5, 15.0)),
-        "door": Material(15.0),
-        "post": Material(dice.between(7.0, 14.0), dice.between(0.7, 1.0)),
-        "silent": Material(12.5, 0.0),
-        "seldom": Material(12.5, dice.between(0.1, 0.5)),
-        "narrow": Material(dice.between(3.0, 6.0)),
-    }
-
-
-def _clear(place: Place, edges: Sequence[Edge], poles: Sequence[tuple[float, float, float]] = ()) -> bool:
-    """Whether the tour passes all of these with room."""
-    line = place.tour.line
-    ways = [Edge(a, b, "") for a, b in zip(line[::2], line[1::2], strict=True) if a != b]
-    return all(gap(way, edge) >= ROOM_TO_PASS_M for way in ways for edge in edges) and all(
-        from_edge((x, y), way) - radius >= ROOM_TO_PASS_M for way in ways for x, y, radius in poles
-    )
 
 
 def _mirrored(place: Place) -> Place:
