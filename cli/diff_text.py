@@ -3,6 +3,7 @@
 Words carry every meaning; colours only repeat it, and there are none where stdout is no terminal.
 """
 
+import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -20,13 +21,18 @@ WALLS = 12
 PLAIN_WIDTH = 200
 
 
+def _coloured(text: str, colour: str) -> None:
+    """In that colour on a terminal, unless the user wants none (https://no-color.org)."""
+    click.secho(text, fg=None if os.environ.get("NO_COLOR") else colour)
+
+
 def tell(outcome: "Outcome") -> None:
     """One comparison, headline first."""
     report = outcome.report
     if report is None:
-        click.secho(f"Failed: {outcome.failed}", fg=COLOURS["failed"])
+        _coloured(f"Failed: {outcome.failed}", COLOURS["failed"])
         return
-    click.secho(report.headline, fg=COLOURS[report.verdict])
+    _coloured(report.headline, COLOURS[report.verdict])
     if report.first is not None:
         click.echo(f"\nA is {report.names[0]}, B is {report.names[1]}.")
         click.echo(
@@ -42,7 +48,7 @@ def tell(outcome: "Outcome") -> None:
         for key, (mine, yours) in report.settings.items():
             click.echo(f"{key}: {mine} in A, {yours} in B")
     for reason in outcome.reasons:
-        click.secho(f"Not kept: {reason}", fg=COLOURS["failed"])
+        _coloured(f"Not kept: {reason}", COLOURS["failed"])
 
 
 def tell_many(outcomes: "Sequence[Outcome]") -> None:
@@ -54,11 +60,11 @@ def tell_many(outcomes: "Sequence[Outcome]") -> None:
     table(head, [(outcome.name, outcome.verdict, *_line(outcome)) for outcome in outcomes])
     for outcome in outcomes:
         if outcome.verdict in ("changed", "within", "failed"):
-            click.secho(f"{outcome.name}", bold=True)
+            click.echo(outcome.name)
             said = outcome.report.headline if outcome.report else f"Failed: {outcome.failed}"
             click.echo(f"  {said}")
             for reason in outcome.reasons:
-                click.secho(f"  Not kept: {reason}", fg=COLOURS["failed"])
+                _coloured(f"  Not kept: {reason}", COLOURS["failed"])
 
 
 def _line(outcome: "Outcome") -> tuple[str, ...]:

@@ -206,11 +206,19 @@ def test_the_first_bad_revision_is_found_and_its_diff_shown(
     assert "which do not run" in said.err
     assert "there feature extraction (block D) differs" in said.out
     assert "walls.gone" not in said.out
-    # The second time all is in the cache.
+    gate = ["--", "-q", "--fail-on", "walls<1"]
+    assert sonarlog(["bisect", recording, "v0..v4", "--algorithm", "paper", *gate]) == 0
+    assert "version 3" in capsys.readouterr().out.splitlines()[0]
+    assert sonarlog(["bisect", recording, "v0..v1", "--algorithm", "paper", *gate]) == 2
+    assert "is not bad: there is nothing to search for" in capsys.readouterr().err
+    assert sonarlog(["bisect", recording, "v0-v1"]) == 2
+    assert sonarlog(["bisect", recording, "v0..v1", "--block", "E", *gate]) == 2
+    capsys.readouterr()
+    # All of it is in the cache now.
     monkeypatch.setattr(making, "replay_with", None)
     monkeypatch.setattr(making, "replay", None)
-    gate = ["--", "-q", "--json", "--fail-on", "walls<1"]
-    assert sonarlog(["diff", f"{recording}@git:v1:paper", f"{recording}@git:v4:paper", *gate[1:]]) == 1
+    words = ["-q", "--json", "--fail-on", "walls<1"]
+    assert sonarlog(["diff", f"{recording}@git:v1:paper", f"{recording}@git:v4:paper", *words]) == 1
     report = json.loads(capsys.readouterr().out)
     assert report["names"] == ["git:v1:paper", "git:v4:paper"]
     assert report["reasons"] == ["walls<1: walls is 0"]
