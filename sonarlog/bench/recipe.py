@@ -32,7 +32,7 @@ SPACING_M, STATIONS = 0.8, 40
 _LONGEST_NS = 4 * 3600 * SECOND
 _MAKERS = (
     "sim/amigobot.py", "sim/body.py", "sim/corners.py", "sim/drive.py", "sim/faults.py", "sim/link.py",
-    "sim/odometry.py", "sim/physics.py", "sim/reports.py", "sim/rng.py", "sim/sonars.py", "drive.py",
+    "sim/odometry.py", "sim/physics.py", "sim/reports.py", "sim/rng.py", "sim/sonars.py", "drive.py", "moves.py",
     "surroundings.py", "session.py",
 )  # fmt: skip
 """Sources that a recording's bytes hang on, beside world, route and robot, whose content stands in the name itself."""
