@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"same": "cyan", "within": "cyan", "changed": "yellow", "failed": "magenta"}
 """Blue-green and orange stay apart for every eye; red and green would not."""
-WALLS = 12
+WALLS, CALIBRATION = 12, 4
 PLAIN_WIDTH = 200
 
 
@@ -90,9 +90,8 @@ def _levels(report: "Report") -> list[tuple[str, ...]]:
         ("free area", f"{rooms.free_m2[0]:.1f} m²", f"{rooms.free_m2[1]:.1f} m²", _rooms(report)),
         ("path", *(f"{n} sweeps" for n in report.sweeps), f"up to {path.largest_m:.3f} m (sweep {path.sweep}){left}"),
     ]
-    changed = [change for change in report.calibration if change.changed]
-    for change in changed[:3]:
-        rows.append((f"calibration, {change.name}", _number(change.a), _number(change.b), none))
+    known = [(f"calibration, {change.name}", _number(change.a), _number(change.b)) for change in report.calibration]
+    rows += [(*row, none) for row in [row for row in known if row[1] != row[2]][:CALIBRATION]]
     if report.truth is not None:
         for metric in report.truth.metrics:
             nearer = f"{metric.nearer} is nearer" if metric.nearer else "as near"
@@ -110,7 +109,8 @@ def _kinds(report: "Report") -> str:
     from sonarlog.diff.matching import KINDS
 
     counts = [(sum(not change.kinds for change in report.walls), "the same")]
-    counts += [(sum(kind in change.kinds for change in report.walls), kind) for kind in KINDS]
+    words = {kind: kind for kind in KINDS} | {"single": "single again"}
+    counts += [(sum(kind in change.kinds for change in report.walls), words[kind]) for kind in KINDS]
     return ", ".join(f"{count} {kind}" for count, kind in counts if count) or "none"
 
 
