@@ -224,33 +224,37 @@ def _matched(chi: Floats, gate: float, margin: float) -> tuple[dict[int, int], t
 
 def _placed(graph: Graph, sights: Sights, taken: _Taken, prior: Place, config: GraphConfig) -> Place:
     """The pose at which these walls are those landmarks, held against the prior; the landmarks stay where they are."""
-    rows, of = taken.wall, taken.landmark
+    walls, of = taken.wall, taken.landmark
+    if not len(walls):
+        return prior
     tilt = config.match_bearing_deg * DEGREE
     sigma = np.stack(
-        [np.sqrt(sights.sigma[rows] * sights.sigma[rows] + tilt * tilt), np.full(len(rows), config.match_distance_m)],
+        [
+            np.sqrt(sights.sigma[walls] * sights.sigma[walls] + tilt * tilt),
+            np.full(len(walls), config.match_distance_m),
+        ],
         axis=1,
     )
     information = np.stack([solve_spd(prior.covariance, axis) for axis in np.eye(3)])
     pose, whole = prior.pose, information
-    for _ in range(4):
+    for _ in range(3):
         seen = looks(
             np.repeat(pose[None, :], len(of), axis=0),
             taken.as_point,
             graph.line[of], graph.point[of], graph.anchor[of], float(graph.errors[RING]),
         )  # fmt: skip
-        off = np.stack([wrap(sights.bearing[rows] - seen.bearing), sights.distance[rows] - seen.distance], axis=1)
+        off = np.stack([wrap(sights.bearing[walls] - seen.bearing), sights.distance[walls] - seen.distance], axis=1)
         off = off / sigma
         weight = weights(off, config.kernel)
         by_pose = seen.by_pose / sigma[:, :, None]
         from_prior = prior.pose - pose
         from_prior[2] = wrap(float(from_prior[2]))
-        whole = information.copy()
+        whole = information
         right = np.cumsum(information * from_prior[None, :], axis=1)[:, -1]
-        for k in range(len(of)):
-            for a in (0, 1):
-                jacobian = by_pose[k, a]
-                whole = whole + weight[k, a] * (jacobian[:, None] * jacobian[None, :])
-                right = right + (weight[k, a] * off[k, a]) * jacobian
+        rows, pulled = by_pose.reshape(-1, 3), (weight * off).reshape(-1, 1)
+        squares = weight.reshape(-1, 1, 1) * rows[:, :, None] * rows[:, None, :]
+        whole = whole + np.cumsum(squares, axis=0)[-1]
+        right = right + np.cumsum(pulled * rows, axis=0)[-1]
         pose = pose + solve_spd(whole, right)
     return Place(pose, np.stack([solve_spd(whole, axis) for axis in np.eye(3)]))
 

@@ -103,7 +103,10 @@ def looks(poses: Floats, is_point: Bools, line: Floats, point: Floats, anchor: F
     px, py = point[:, 0] - poses[:, 0], point[:, 1] - poses[:, 1]
     far = np.maximum(dmath.hypot(px, py), 1e-3)
     ux, uy = np.where(is_point, px / far, cosine), np.where(is_point, py / far, sine)
-    bearing = np.where(is_point, dmath.atan2(py, px), line[:, 0]) - poses[:, 2] - ring
+    toward = line[:, 0].copy()
+    if bool(is_point.any()):
+        toward[is_point] = dmath.atan2(py[is_point], px[is_point])
+    bearing = toward - poses[:, 2] - ring
     distance = np.where(is_point, far, line[:, 1] - (cosine * ax + sine * ay))
     zero, one = np.zeros(len(far)), np.ones(len(far))
     by_pose = [np.where(is_point, uy / far, 0.0), np.where(is_point, -ux / far, 0.0), -one, -ux, -uy, zero]
