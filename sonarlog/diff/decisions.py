@@ -138,6 +138,17 @@ def _nature(number: int) -> str:
     return NATURES[number] if 0 <= number < len(NATURES) else f"nature {number}"
 
 
+def _merged(a: Values, b: Values) -> Said | None:
+    """F: which chains turned out to be one."""
+    mine, yours = (_pairs(each["merged"]) for each in (a, b))
+    return (mine, yours) if mine != yours else None
+
+
+def _pairs(merged: list[list[int]]) -> str:
+    found = ", ".join(f"chain {gone} is chain {kept}" for kept, gone in merged)
+    return f"finds that {found}" if found else "merges no chains"
+
+
 def _evidence(a: Values, b: Values, cell_m: float) -> Said | None:
     """H: how many cells get other evidence, and where it differs most."""
     left, bottom = (min(each[key] for each in (a, b)) for key in ("left", "bottom"))
@@ -196,5 +207,6 @@ _TOLD: dict[str, Teller] = {
     "C": _rcds,
     "D": _features,
     "E": _natures,
+    "F": _merged,
     "I": _goals,
 }
