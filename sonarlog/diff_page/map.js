@@ -5,6 +5,8 @@ const tip = document.getElementById("tip");
 const view = { x: 0, y: 0, scale: 50, mode: "all", swipe: 0.5, wall: null, hot: null, sweep: null };
 const shown = { aligned: true, walls: true, paths: true, truth: true };
 const TITLES = { a: "A  " + DATA.names[0], b: "B  " + DATA.names[1], diff: "Difference" };
+const LETTERS = "600 13px system-ui, 'DejaVu Sans', sans-serif";
+const ROOM = 26;  // for a title
 let images = {}, tiles = [], ratio = 1;
 
 function repaint() {
@@ -26,17 +28,21 @@ function placed(point, side) {
   return [cosine * x + sine * y, cosine * y - sine * x];
 }
 
+// Where each view stands, as (x, y, width, height) in parts of the canvas: the way that shows the map largest.
+const STANDING = [
+  [[0, 0, 1, 1 / 3], [0, 1 / 3, 1, 1 / 3], [0, 2 / 3, 1, 1 / 3]],
+  [[0, 0, 1 / 3, 1], [1 / 3, 0, 1 / 3, 1], [2 / 3, 0, 1 / 3, 1]],
+  [[0, 0, 1 / 2, 1 / 2], [1 / 2, 0, 1 / 2, 1 / 2], [0, 1 / 2, 1, 1 / 2]],
+];
+
 function frames() {
   const width = canvas.clientWidth, height = canvas.clientHeight;
-  const modes = view.mode === "all" ? ["a", "b", "diff"] : [view.mode];
+  const made = ([x, y, w, h], mode) => ({ mode, x: x * width, y: y * height, width: w * width, height: h * height });
+  if (view.mode !== "all") return [made([0, 0, 1, 1], view.mode)];
   const [low, high] = extent();
-  const wide = (high[0] - low[0]) / (high[1] - low[1]) > width / height;
-  return modes.map((mode, k) => {
-    const part = (wide ? height : width) / modes.length;
-    return wide
-      ? { mode, x: 0, y: k * part, width, height: part }
-      : { mode, x: k * part, y: 0, width: part, height };
-  });
+  const scale = ([[, , w, h]]) => Math.min((w * width) / (high[0] - low[0]), (h * height - ROOM) / (high[1] - low[1]));
+  const best = STANDING.reduce((one, other) => (scale(other) > scale(one) ? other : one));
+  return ["a", "b", "diff"].map((mode, k) => made(best[k], mode));
 }
 
 // What has to be seen, in the plane of the page: every known cell and every path.
@@ -65,8 +71,7 @@ function fit(low, high, atMost = 400) {
   const frame = frames()[0];
   view.x = (low[0] + high[0]) / 2;
   view.y = (low[1] + high[1]) / 2;
-  const room = 26;  // for the title
-  view.scale = Math.min(atMost, frame.width / (high[0] - low[0]), (frame.height - room) / (high[1] - low[1]));
+  view.scale = Math.min(atMost, frame.width / (high[0] - low[0]), (frame.height - ROOM) / (high[1] - low[1]));
   draw();
 }
 
@@ -75,7 +80,7 @@ function setHeight() {
   const [low, high] = extent(), width = canvas.parentElement.clientWidth;
   const views = view.mode === "all" ? 3 : 1;
   const one = width * (high[1] - low[1]) / (high[0] - low[0]) + 70;
-  const most = Math.max(340, 0.66 * window.innerHeight);
+  const most = Math.max(340, 0.7 * window.innerHeight);
   canvas.parentElement.style.height = Math.round(Math.max(260, Math.min(most, views * one))) + "px";
 }
 
@@ -135,7 +140,7 @@ function drawView(pen, frame, mode, titleAt = frame.x + 8) {
   if (shown.walls) drawWalls(pen, frame, mode);
   if (shown.paths) drawPaths(pen, frame, mode);
   drawMarks(pen, frame, mode);
-  pen.font = "600 13px system-ui, 'DejaVu Sans', sans-serif";
+  pen.font = LETTERS;
   label(pen, TITLES[mode], titleAt, frame.y + 18, mode === "diff" ? colour("ink") : colour(mode));
   drawScale(pen, frame);
 }
@@ -240,6 +245,7 @@ function bars(pen, [start, end]) {
 
 // Where the first difference arose, and the sweep that is pointed at in a plot.
 function drawMarks(pen, frame, mode) {
+  pen.font = LETTERS;
   const sides = mode === "diff" ? ["a", "b"] : [mode];
   const rings = [[DATA.first, "first difference", 10], [view.sweep, "sweep " + view.sweep, 7]];
   for (const [sweep, text, size] of rings) {
@@ -253,13 +259,15 @@ function drawMarks(pen, frame, mode) {
       pen.beginPath();
       pen.arc(x, y, size, 0, 7);
       pen.stroke();
-      if (side === sides[0]) label(pen, text, x + size, y - size, colour("focus"));
+      const room = frame.x + frame.width - x - size - pen.measureText(text).width;
+      const left = room > 0 ? x + size : x - size - pen.measureText(text).width;
+      if (side === sides[0]) label(pen, text, left, y - size, colour("focus"));
     }
   }
 }
 
 function label(pen, text, x, y, ink) {
-  pen.font = "600 13px system-ui, 'DejaVu Sans', sans-serif";
+  pen.font = LETTERS;
   pen.strokeStyle = colour("paper");
   pen.lineWidth = 4;
   pen.lineJoin = "round";
