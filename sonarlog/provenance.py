@@ -14,9 +14,10 @@ from sonarlog import __version__
 def code_digest() -> str:
     """Hex digest of the source of `slam/`: file names and contents, in order of name."""
     state = hashlib.blake2b(digest_size=16)
-    for path in sorted(Path(slam.__path__[0]).glob("*.py")):
-        data = path.read_bytes()
-        state.update(f"{path.name}:{len(data)};".encode() + data)
+    root = Path(slam.__path__[0])
+    for name in sorted(path.relative_to(root).as_posix() for path in root.rglob("*.py")):
+        data = (root / name).read_bytes()
+        state.update(f"{name}:{len(data)};".encode() + data)
     return state.hexdigest()
 
 
