@@ -33,4 +33,5 @@ class GraphConfig:
     gap_m: float = 3.0  # pieces of one wall may be this far apart
     nature_margin: float = 8.0
     merge_margin: float = 12.0  # two chains are one wall if that adds no more than this to the total error
-    explained: float = 0.5  # with a smaller share of walls matched, the coarse search tries to find the place
+    explained: float = 0.5  # with a smaller share of walls matched, the coarse search tries to find the place …
+    search_deg: float = 5.0  # … turned by no more than this

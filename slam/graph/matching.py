@@ -130,8 +130,12 @@ def _taken(pairs: dict[int, int], near: Ints, as_point: Bools) -> _Taken:
 def _after_search(
     found: Found, sights: Sights, walls: tuple[Wall, ...], predicted: Pose, place: Place, track: Track, config: Config
 ) -> Found:
-    """From where the paper's coarse search puts the robot, if that explains more."""
-    coarse = associate(walls, track.chains, track.poses, predicted, config.association)
+    """From where the paper's coarse search puts the robot, if that explains more.
+
+    A robot that was turned by hand and a corridor that bends look the same; only small turns are looked for.
+    """
+    narrow = replace(config.association, a1_deg=min(config.association.a1_deg, config.graph.search_deg))
+    coarse = associate(walls, track.chains, track.poses, predicted, narrow)
     pose = search(predicted, coarse, track.chains, config.localisation).pose
     there = replace(place, pose=np.array([pose.x, pose.y, pose.theta]))
     other = _in_two_rounds(track.graph, sights, there, config.graph)
