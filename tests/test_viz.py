@@ -22,7 +22,7 @@ from sonarlog.log import Log, Odometry, Readings, Truth
 from sonarlog.robot import load_robot
 from sonarlog.viz.inspection import inspect_live, inspect_to_file
 from sonarlog.viz.native import NoViewer, Viewer, require_display, start_viewer
-from sonarlog.viz.pieces import A_PIECE, Pieces, Tiles, merged
+from sonarlog.viz.pieces import A_PIECE, Pieces, Tiles, frontier_cells, merged
 from sonarlog.viz.rerun_door import CannotSave
 from sonarlog.viz.scene import Scene
 from sonarlog.viz.shapes import Dots, Labels, Raster, Shape, Strips
@@ -190,6 +190,13 @@ def test_raw_echoes_lie_where_calibrated_ones_do_if_there_is_nothing_to_calibrat
     assert isinstance(calibrated, Dots)
     off = np.hypot(*(np.asarray(raw.points) - np.asarray(calibrated.points)).T)
     assert float(np.median(off)) < 0.05
+
+
+def test_the_frontier_shown_is_the_one_that_was_decided_on(steps: list[Step]) -> None:
+    step = steps[2]
+    grid = step.state.grid
+    shown = sum(len(frontier_cells(grid, *at)) for at in grid.tiles)
+    assert shown == pytest.approx(step.decision.frontier_cells, abs=4)  # where the map ends the two may differ
 
 
 def test_poses_that_move_and_loops_that_close_are_shown(steps: list[Step]) -> None:

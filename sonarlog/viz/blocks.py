@@ -250,11 +250,14 @@ def _decision(step: Step, radius_m: float) -> dict[str, Shape]:
     named = [k for k in range(min(NAMED_REGIONS, len(decision.regions))) if k != decision.chosen]
     named += [] if decision.chosen is None else [decision.chosen]
     centres = np.array([decision.regions[k].centre for k in named]).reshape(-1, 2)
-    words = [f"{decision.regions[k].cells} cells" + (", the goal" if k == decision.chosen else "") for k in named]
+    words = [
+        f"{decision.regions[k].gain_m2:.1f} m² to see" + (", the goal" if k == decision.chosen else "") for k in named
+    ]
     goal = centres[len(centres) - (decision.chosen is not None) :]
     return {
         "regions": Strips(diamonds(centres, 0.15), [ORANGE], 2.5),
         "goal": Strips(crosses(goal, 0.25, upright=False), [VERMILLION], 4.0),
+        "leg": Strips(diamonds(decision.path[decision.leg : decision.leg + 1], 0.12), [VERMILLION], 3.0),
         "path": Strips([decision.path] if len(decision.path) > 1 else [], [VERMILLION], 2.5),
         "robot": Strips(robot(step.pose, radius_m), [GREEN], 2.5),
         "names": Labels(centres, tuple(words)),

@@ -6,14 +6,16 @@ A long log then costs as much a sweep as a short one. Must not know: Rerun, the 
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slam.frontier import FrontierConfig
 from slam.grid import TILE, Cells, Grid
+from slam.regions import frontier_of, ranks_of
 from sonarlog.log import Floats
 from sonarlog.picture import ORANGE, shades
 from sonarlog.viz.shapes import Dots, Raster, Shape
 
 A_PIECE = 40
+CHINK = FrontierConfig().chink_cells
 NEAR_M = 0.001
 """What moved by less is where it was."""
 
@@ -64,7 +66,7 @@ class Tiles:
             cells = grid.tiles.get((i, j), nothing)
             shapes[f"{self._path}/{named(i, j)}"] = Raster(shades(grid, cells), i * metres, j * metres, grid.cell_m)
         if self._frontier is not None:
-            beside = {(i + di, j + dj) for i, j in new for di, dj in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))}
+            beside = {(i + di, j + dj) for i, j in new for di in (-1, 0, 1) for dj in (-1, 0, 1)}
             for at in sorted(beside):
                 edge = frontier_cells(grid, *at)
                 before = self._edges.get(at)
@@ -84,13 +86,15 @@ def named(i: int, j: int) -> str:
 
 
 def frontier_cells(grid: Grid, i: int, j: int) -> Floats:
-    """Centres (n, 2) m of a tile's free cells next to unknown ones."""
-    cells = grid.window(i * TILE - 1, j * TILE - 1, TILE + 2, TILE + 2)
-    free = grid.free(cells)
-    unknown: NDArray[np.bool_] = ~free & ~grid.occupied(cells)
-    near = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
-    rows, columns = np.nonzero(free[1:-1, 1:-1] & near)
-    return np.column_stack([columns + i * TILE + 0.5, rows + j * TILE + 0.5]) * grid.cell_m
+    """Centres (n, 2) m of a tile's free cells next to unknown ones, as block I takes them: no mere chinks."""
+    nothing = np.zeros((TILE, TILE), dtype=np.int16)
+    around = {(k, m): grid.tiles.get((k, m), nothing) for k in (i - 1, i, i + 1) for m in (j - 1, j, j + 1)}
+    ranks = ranks_of(Grid(grid.cell_m, grid.occupied_from, grid.free_from, around), CHINK, 0)
+    if ranks is None:
+        return np.zeros((0, 2))
+    mine = ranks.array(frontier_of(ranks))[TILE : 2 * TILE, TILE : 2 * TILE]
+    rows, columns = np.nonzero(mine)
+    return np.asarray(np.column_stack([columns + i * TILE + 0.5, rows + j * TILE + 0.5]) * grid.cell_m)
 
 
 def merged(parts: Sequence[Mapping[str, Shape]]) -> dict[str, Shape]:
