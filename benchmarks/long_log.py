@@ -7,9 +7,9 @@ The recording stays in FOLDER (outside of git: some 30 MB) and is used again; on
 """
 
 import argparse
+import resource
 import subprocess
 import sys
-import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +48,16 @@ def tell(number: int, times: Times) -> None:
     """Progress: a line every so many sweeps."""
     if number % EVERY == EVERY - 1:
         blocks = ", ".join(f"{name} {1000.0 * np.mean(each[-AROUND:]):.1f}" for name, each in times.blocks.items())
-        print(f"sweep {number + 1}: {at(times.whole, number):.1f} ms ({blocks})", file=sys.stderr, flush=True)
+        text = f"sweep {number + 1}: {at(times.whole, number):.1f} ms, {resident_mb():.0f} MB ({blocks})"
+        print(text, file=sys.stderr, flush=True)
+
+
+def resident_mb() -> float:
+    """Memory that the process has now, where the system tells; else the most that it ever had."""
+    pages = Path("/proc/self/statm")
+    if pages.exists():
+        return int(pages.read_text(encoding="ascii").split()[1]) * resource.getpagesize() / 1e6
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
 
 
 def main(arguments: list[str]) -> None:
@@ -64,14 +73,8 @@ def main(arguments: list[str]) -> None:
     asked = parser.parse_args(arguments)
     path = recording(asked.folder, asked.metres)
     run = asked.folder / f"{path.stem}.{asked.algorithm}.run.mcap"
-    if asked.memory:
-        tracemalloc.start()
     times, step = measure(path, algorithm(asked.algorithm), run, sweeps=asked.sweeps, each=tell)
     count = len(times.whole)
-    if asked.memory:
-        held, peak = tracemalloc.get_traced_memory()
-        print(f"{held / 1e6:.0f} MB held at the end, {peak / 1e6:.0f} MB at most, after {count} sweeps")
-        return
     _, _, width, height = step.state.grid.bounds()
     cell = step.state.grid.cell_m
     print(f"{count} sweeps, {width * cell:.0f} × {height * cell:.0f} m, {len(step.state.chains.members)} walls chained")
