@@ -16,6 +16,8 @@ SHORTEST_M = 0.25
 BESIDE_M = 0.30
 TURNED_RAD = np.radians(20.0)
 """A member is of a wall if it lies nearer to the wall's line than this, and within this angle."""
+BREAK_M = 1.0
+"""Where nothing was seen of a chain for longer than this, another wall begins: stations are nearer than that."""
 LIES_ON_M, GOES_ON_M = 0.06, 0.30
 """Walls of several chains are one if one lies so near to the other's line, and no further on along it."""
 SIDES = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
@@ -69,7 +71,7 @@ def walls_of(chains: Chains) -> tuple[Wall, ...]:
     groups = []
     for chain in range(len(chains.roots)):
         members = [member for member in chains.of(chain) if member.nature != POINT]
-        groups += _collinear(members) if members else []
+        groups += [part for group in _collinear(members) for part in _unbroken(group)] if members else []
     walls = [wall for wall in map(_fitted, _laid_together(groups)) if wall.length_m >= SHORTEST_M]
     walls.sort(key=lambda wall: (wall.first_sweep, wall.chain, wall.start))
     return tuple(replace(wall, number=number) for number, wall in enumerate(walls))
@@ -97,6 +99,21 @@ def _collinear(members: list[Member]) -> list[list[Member]]:
         half = max(1, len(members) // 2)
         one, rest = members[:half], members[half:]
     return [*_collinear(one), *_collinear(rest)]
+
+
+def _unbroken(members: list[Member]) -> list[list[Member]]:
+    """The members of one line in groups without a gap that a robot fits through, as a doorway is."""
+    wall = _fitted(members)
+    along = np.array([-np.sin(wall.alpha), np.cos(wall.alpha)])
+    extents = [sorted(float(along @ end) for end in _ends(member)) for member in members]
+    order = sorted(range(len(members)), key=lambda k: extents[k])
+    parts, reached = [[order[0]]], extents[order[0]][1]
+    for k in order[1:]:
+        if extents[k][0] - reached > BREAK_M:
+            parts.append([])
+        parts[-1].append(k)
+        reached = max(reached, extents[k][1])
+    return [[members[k] for k in sorted(part)] for part in parts]
 
 
 def _laid_together(groups: list[list[Member]]) -> list[list[Member]]:
