@@ -120,10 +120,7 @@ def _tell(found: "list[Evaluation]") -> None:
         table.add_section()
         _path_rows(table.add_row, found, "online")
     table.add_section()
-    for label, key in MAP:
-        shares = [getattr(each.map, key) if each.map else None for each in found]
-        if any(share is not None for share in shares):
-            table.add_row(label, *("–" if share is None else f"{100 * share:.1f} %" for share in shares))
+    _map_rows(table.add_row, found)
     if any(each.walls for each in found):
         table.add_row("long walls bent by up to", *(_bent(each) for each in found))
     width = None if sys.stdout.isatty() else 1000  # a file has room for every column
@@ -144,6 +141,14 @@ def _path_rows(add: Callable[..., None], found: "list[Evaluation]", which: str) 
         cells = [_cell(each, which, key, unit, decimals) for each in found]
         if any(cells):
             add(label if which == "path" else f"{label}, as found online", *(cell or "–" for cell in cells))
+
+
+def _map_rows(add: Callable[..., None], found: "list[Evaluation]") -> None:
+    for name, key in MAP:
+        for label, maps in ((name, [e.map for e in found]), ("   best alignment", [e.map_aligned for e in found])):
+            shares = [getattr(each, key) if each else None for each in maps]
+            if any(share is not None for share in shares):
+                add(label, *("–" if share is None else f"{100 * share:.1f} %" for share in shares))
 
 
 def _cell(found: "Evaluation", which: str, key: str, unit: str, decimals: int) -> str:

@@ -12,10 +12,11 @@ from slam.association import Chains
 from slam.geometry import Bools, Pose
 from slam.grid import Grid
 from sonarlog.log import Floats, Ints, Surfaces, Truth
-from sonarlog.map_metrics import MapQuality, TruePlace, map_quality
+from sonarlog.map_metrics import MapQuality, TruePlace, map_qualities, map_quality
 from sonarlog.metrics import (
     MappedWall,
     PathErrors,
+    best_frame,
     chain_straightness,
     frame_between,
     path_errors,
@@ -71,8 +72,9 @@ class Track:
 class Evaluation:
     """What one path, and the map if there is one, are worth; None where there was nothing to judge.
 
-    `judged` of `poses` poses had a truth. `ratio` and `online_ratio` are to `odometry`, error by error. `walls` are the
-    long true walls if surfaces are known, else the long chains.
+    `judged` of `poses` poses had a truth. `ratio` and `online_ratio` are to `odometry`, error by error. `map` is
+    laid on the truth at the first judged pose, `map_aligned` as path and truth lie best on one another, which needs
+    true poses. `walls` are the long true walls if surfaces are known, else the long chains.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Evaluation:
     ratio: dict[str, float | None] | None
     online_ratio: dict[str, float | None] | None
     map: MapQuality | None
+    map_aligned: MapQuality | None
     walls: tuple[MappedWall, ...]
 
     @property
@@ -164,7 +167,7 @@ def evaluate(
     path, online, raw = (
         None if poses is None else path_errors(poses[known], truth) for poses in (track.path, track.online, odometry)
     )
-    frame = frame_between(Pose(*track.path[known][0].tolist()), Pose(*truth[0].tolist()))
+    laid, aligned = _maps(track, place, track.path[known], truth)
     return Evaluation(
         name=track.name,
         algorithm=track.algorithm,
@@ -176,9 +179,21 @@ def evaluate(
         odometry=raw,
         ratio=path.ratio(raw) if path and raw else None,
         online_ratio=online.ratio(raw) if online and raw else None,
-        map=map_quality(track.grid, place, frame, truth[:, :2]) if track.grid and place else None,
+        map=laid,
+        map_aligned=aligned,
         walls=_walls(track, truth, known, reference.surfaces if true_map is None else None),
     )
+
+
+def _maps(
+    track: Track, place: Surfaces | TruePlace | None, path: Floats, truth: Floats
+) -> tuple[MapQuality, MapQuality] | tuple[None, None]:
+    """The map laid on the truth at the first pose, and after the best alignment of the path."""
+    if track.grid is None or place is None:
+        return None, None
+    frames = [frame_between(Pose(*path[0].tolist()), Pose(*truth[0].tolist())), best_frame(path, truth)]
+    laid, aligned = map_qualities(track.grid, place, frames, truth[:, :2])
+    return laid, aligned
 
 
 def _same_drive(odometry: Floats, recorded: Floats) -> bool:
@@ -203,6 +218,7 @@ def _map_alone(track: Track, place: Surfaces | TruePlace, start: Pose) -> Evalua
         ratio=None,
         online_ratio=None,
         map=map_quality(track.grid, place, frame, stations) if track.grid else None,
+        map_aligned=None,
         walls=_walls(track, np.zeros((0, 3)), np.zeros(len(track.path), dtype=bool), None),
     )
 

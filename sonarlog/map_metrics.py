@@ -3,6 +3,7 @@
 Must not know: files, algorithms, pictures, how the map was made.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -71,15 +72,26 @@ def map_quality(grid: Grid, truth: Surfaces | TruePlace, frame: Pose, stations: 
 
     `frame` is the map's origin in the frame of the truth, `stations` (n, 2) m are the true places of its sweeps.
     """
+    return map_qualities(grid, truth, [frame], stations)[0]
+
+
+def map_qualities(
+    grid: Grid, truth: Surfaces | TruePlace, frames: Sequence[Pose], stations: Floats
+) -> list[MapQuality]:
+    """The same with the map's origin here, then there; what is in sight is the same of all."""
     place = SurveyedPlace(truth) if isinstance(truth, Surfaces) else truth
+    in_sight = place.in_sight(stations)
     cells, left, bottom = grid.dense()
-    occupied = frame.points(_centres(grid.occupied(cells), left, bottom, grid.cell_m))
-    free = frame.points(_centres(grid.free(cells), left, bottom, grid.cell_m))
-    return MapQuality(
-        occupied_true=_share(place.distance(occupied) <= NEAR_M),
-        surface_mapped=_share(_has_neighbour(place.in_sight(stations), occupied)),
-        free_true=_share(place.is_free(free, stations, grid.cell_m)),
-    )
+    occupied = _centres(grid.occupied(cells), left, bottom, grid.cell_m)
+    free = _centres(grid.free(cells), left, bottom, grid.cell_m)
+    return [
+        MapQuality(
+            occupied_true=_share(place.distance(frame.points(occupied)) <= NEAR_M),
+            surface_mapped=_share(_has_neighbour(in_sight, frame.points(occupied))),
+            free_true=_share(place.is_free(frame.points(free), stations, grid.cell_m)),
+        )
+        for frame in frames
+    ]
 
 
 def distance_to_surfaces(points: Floats, surfaces: Surfaces) -> Floats:

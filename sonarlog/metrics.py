@@ -17,6 +17,8 @@ PARALLEL_RAD = np.radians(15.0)
 """A wall of a sweep shows a true wall if it lies along it within this, and within `BESIDE_M`, from the true pose."""
 BESIDE_M = 0.30
 ONE_LINE_M = 0.05
+TURNS_FROM_M = 0.5
+"""A path that goes no further from its middle than this shows no heading by its positions."""
 
 
 class NotComparable(SonarlogError):
@@ -124,6 +126,18 @@ def rigid_alignment(points: Floats, onto: Floats) -> Pose:
     return Pose(float(goal[0] - turned[0]), float(goal[1] - turned[1]), theta)
 
 
+def best_frame(poses: Floats, truth: Floats) -> Pose:
+    """The origin of the map as it lies in the truth's frame after the alignment that `ate_aligned_m` is given for.
+
+    Poses and truth (n, 3) are of the same moments. A path too short to show its heading is laid on the truth at its
+    first pose.
+    """
+    away = truth[:, :2] - truth[:, :2].mean(axis=0)
+    if np.hypot(away[:, 0], away[:, 1]).max() < TURNS_FROM_M:
+        return frame_between(Pose(*poses[0].tolist()), Pose(*truth[0].tolist()))
+    return rigid_alignment(poses[:, :2], truth[:, :2])
+
+
 @dataclass(frozen=True)
 class MappedWall:
     """How a true wall came out: pieces seen, their extent, and how bent they lie.
@@ -144,8 +158,8 @@ def straightness(
     """How straight each true wall of at least that length was mapped [Fig. 12], in the order of the walls (k, 4).
 
     Surfaces in one line, such as a wall and the doors in it, are one wall. A piece of a chain is told by the true pose
-    of its sweep which wall it shows, so that a map bent by a metre is not taken for the wall opposite. `poses` and
-    `truth` (n, 3) are the sweeps', the latter in the frame of `walls`.
+    of its sweep which wall it shows, so that a map bent by a metre is not taken for the wall opposite, nor the back of
+    a recess for the wall it is in. `poses` and `truth` (n, 3) are the sweeps', the latter in the frame of `walls`.
     """
     line_of = _lines(walls, min_length_m)
     seen: dict[int, list[Floats]] = {line: [] for line in line_of.values()}
@@ -153,8 +167,8 @@ def straightness(
         mapped = np.array([member.segment.start, member.segment.end])
         pose, true = Pose(*poses[member.sweep].tolist()), Pose(*truth[member.sweep].tolist())
         ends = frame_between(pose, true).points(mapped)
-        wall = _shown(ends, walls, list(line_of))
-        if wall is not None:
+        wall = _shown(ends, walls)
+        if wall in line_of:
             seen[line_of[wall]].append(mapped)
     return [_mapped_wall(wall, pieces) for wall, pieces in seen.items() if len(pieces) > 1]
 
@@ -202,11 +216,11 @@ def _mapped_wall(wall: int, pieces: list[Floats]) -> MappedWall:
     return MappedWall(wall, len(pieces), float(np.ptp(along)), float(np.abs(across).max()))
 
 
-def _shown(ends: Floats, walls: Floats, candidates: list[int]) -> int | None:
-    """The candidate wall along which a piece (2, 2) lies, the nearest of several; None: it shows no wall."""
+def _shown(ends: Floats, walls: Floats) -> int | None:
+    """The wall along which a piece (2, 2) lies, the nearest of several; None: it shows no wall."""
     best: tuple[float, int] | None = None
     along = ends[1] - ends[0]
-    for k in candidates:
+    for k in range(len(walls)):
         way, middle = walls[k, 2:] - walls[k, :2], ends.mean(axis=0) - walls[k, :2]
         length = float(np.hypot(*way))
         off, place = float(_beside(ends, walls[k]).max()), float(middle @ way) / length

@@ -11,10 +11,11 @@ import numpy as np
 
 from slam.geometry import ORIGIN, Pose
 from sonarlog.log import Floats
-from sonarlog.map_metrics import MapQuality, map_quality, surfaces_in_map
+from sonarlog.map_metrics import MapQuality, map_qualities, surfaces_in_map
 from sonarlog.metrics import (
     MappedWall,
     PathErrors,
+    best_frame,
     chain_straightness,
     frame_between,
     path_errors,
@@ -28,11 +29,15 @@ from sonarlog.runs import Run
 
 @dataclass(frozen=True)
 class Scores:
-    """Errors of a run's path and of raw odometry, and what is known of its map (None without true surfaces)."""
+    """Errors of a run's path and of raw odometry, and what is known of its map (None without true surfaces).
+
+    `map` is laid on the truth at the first pose, `map_aligned` as path and truth lie best on one another.
+    """
 
     path: PathErrors
     odometry: PathErrors
     map: MapQuality | None
+    map_aligned: MapQuality | None
 
 
 def score(run: Run) -> Scores | None:
@@ -42,8 +47,9 @@ def score(run: Run) -> Scores | None:
     truth = run.truth.pose
     mine, raw = (path_errors(path, truth) for path in (path_of(run), raw_path_of(run)))
     if run.surfaces is None:
-        return Scores(mine, raw, None)
-    return Scores(mine, raw, map_quality(run.grid, run.surfaces, _frame(run), truth[:, :2]))
+        return Scores(mine, raw, None, None)
+    frames = [_frame(run), best_frame(path_of(run), truth)]
+    return Scores(mine, raw, *map_qualities(run.grid, run.surfaces, frames, truth[:, :2]))
 
 
 def wall_straightness(run: Run, min_length_m: float = 5.0) -> list[MappedWall]:
@@ -60,7 +66,7 @@ def path_of(run: Run) -> Floats:
 
 def online_path_of(run: Run) -> Floats:
     """The run's poses (n, 3) as each was found at its own sweep, before later ones moved it."""
-    return pose_rows(run.poses)
+    return pose_rows(sweep.pose for sweep in run.sweeps)
 
 
 def raw_path_of(run: Run) -> Floats:

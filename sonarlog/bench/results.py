@@ -12,7 +12,8 @@ import numpy as np
 from sonarlog.bench.plan import Case, Plan
 from sonarlog.bench.work import Measures, Outcome
 
-MORE_IS_BETTER = ("occupied_true", "surface_mapped", "free_true")
+_SHARES = ("occupied_true", "surface_mapped", "free_true")
+MORE_IS_BETTER = (*_SHARES, *(f"aligned_{name}" for name in _SHARES))
 
 
 @dataclass(frozen=True)

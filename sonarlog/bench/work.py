@@ -27,7 +27,8 @@ from sonarlog.scores import draw_runs
 Measures = dict[str, float]
 """Of one replay, by name: errors in metres and degrees, `…_ratio` to raw odometry, shares of the map, milliseconds.
 
-docs/evaluation.md says what each means; `online_…` is of the poses as they were found, `raw_…` of raw odometry.
+docs/evaluation.md says what each means; `online_…` is of the poses as they were found, `raw_…` of raw odometry,
+`aligned_…` of the map after the best alignment.
 """
 
 _JUDGES = (
@@ -156,7 +157,8 @@ def _measured(recording: Path, contender: Contender, clock: Callable[[], float])
         found |= {prefix + name: value for name, value in (asdict(errors) if errors else {}).items()}
     for prefix, ratios in (("", judged.ratio), ("online_", judged.online_ratio)):
         found |= {f"{prefix}{name}_ratio": value for name, value in (ratios or {}).items()}
-    found |= asdict(judged.map) if judged.map else {}
+    for prefix, shares in (("", judged.map), ("aligned_", judged.map_aligned)):
+        found |= {prefix + name: value for name, value in (asdict(shares) if shares else {}).items()}
     found["bent_m"] = judged.straightness_m
     found |= {"sweeps": len(run.sweeps), "ms_per_sweep": 1000 * seconds / len(run.sweeps)}
     return {name: float(value) for name, value in found.items() if isinstance(value, int | float)}
