@@ -11,6 +11,7 @@ import pytest
 
 from cli.main import cli
 from sonarlog.mcap_file import McapReader
+from sonarlog.run_topics import CHANNELS
 
 HOME = Path(__file__).parents[1]
 PAGES = sorted([HOME / "README.md", HOME / "CHANGELOG.md", *HOME.glob("recordings/*.md"), *HOME.glob("docs/**/*.md")])
@@ -93,7 +94,8 @@ def test_the_paper_page_names_every_block_and_functions_that_exist() -> None:
 def test_the_run_page_names_the_topics_and_keys_that_a_run_has(short_run: Path) -> None:
     reader = McapReader(short_run)
     topics = {topic for row in table("runs.md", "## Topics") for topic in re.findall(r"`(/[\w/]+)`", row[0])}
-    assert topics == {message.topic for message in reader.stream()}
+    assert topics >= {message.topic for message in reader.stream()}
+    assert topics == {"/step", "/blocks", *CHANNELS}  # a run as short as this has no updates of its map
     keys = {key for row in table("runs.md", "## `/step`") for key in re.findall(r"`(\w+)`", row[0])}
     assert keys == set(json.loads(next(iter(reader.stream(["/step"]))).data))
     text = (HOME / "docs" / "runs.md").read_text(encoding="utf-8")
