@@ -19,7 +19,8 @@ def headline(report: "Report") -> str:
     """The whole difference in a few sentences."""
     if report.first is None:
         made = f", though made with different {listed(list(report.settings))}" if report.settings else ""
-        return f"The same: all {report.sweeps[0]} sweeps and the map are identical to the bit{made}."
+        sweeps = "the one sweep" if report.sweeps[0] == 1 else f"all {report.sweeps[0]} sweeps"
+        return f"The same: {sweeps} and the map are identical to the bit{made}."
     told = " ".join([_parting(report.first), *_chaining(report), *_maps(report), *_nearer(report)])
     if report.tolerance is not None and report.within:
         return f"The same within {report.tolerance.words}, though not identical. {told}"
