@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slam.association import Chains
+from slam.association import POINT, Chains, Member
 from slam.geometry import ORIGIN, Pose
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Floats
@@ -159,11 +159,12 @@ def straightness(
 
     Surfaces in one line, such as a wall and the doors in it, are one wall. A piece of a chain is told by the true pose
     of its sweep which wall it shows, so that a map bent by a metre is not taken for the wall opposite, nor the back of
-    a recess for the wall it is in. `poses` and `truth` (n, 3) are the sweeps', the latter in the frame of `walls`.
+    a recess for the wall it is in. What turned out to be a point is no piece of a wall. `poses` and `truth` (n, 3) are
+    the sweeps', the latter in the frame of `walls`.
     """
     line_of = _lines(walls, min_length_m)
     seen: dict[int, list[Floats]] = {line: [] for line in line_of.values()}
-    for member in chains.members:
+    for member in _pieces(chains.members):
         mapped = np.array([member.segment.start, member.segment.end])
         pose, true = Pose(*poses[member.sweep].tolist()), Pose(*truth[member.sweep].tolist())
         ends = frame_between(pose, true).points(mapped)
@@ -198,11 +199,14 @@ def chain_straightness(chains: Chains, min_length_m: float = 3.0) -> list[Mapped
     """The same for each chain that is at least so long, where no truth is known; `wall` is the chain's number."""
     rows = []
     for chain in range(len(chains.roots)):
-        pieces = [np.array([m.segment.start, m.segment.end]) for m in chains.of(chain)]
-        mapped = _mapped_wall(chain, pieces)
-        if len(pieces) > 1 and mapped.length_m >= min_length_m:
+        pieces = [np.array([m.segment.start, m.segment.end]) for m in _pieces(chains.of(chain))]
+        if len(pieces) > 1 and (mapped := _mapped_wall(chain, pieces)).length_m >= min_length_m:
             rows.append(mapped)
     return rows
+
+
+def _pieces(members: Iterable[Member]) -> list[Member]:
+    return [member for member in members if member.nature != POINT]
 
 
 def _mapped_wall(wall: int, pieces: list[Floats]) -> MappedWall:

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -76,12 +77,34 @@ def test_a_run_is_judged_by_its_own_truth(tmp_path: Path) -> None:
     found = evaluate(track_of_run(made), reference_of_run(made))
     assert found.judged == STATIONS
     assert found.path == found.online
-    assert found.ratio == pytest.approx(dict.fromkeys(found.ratio or {}, 1.0) | {"over_5m_m": None, "over_5m_deg": None})
+    assert found.ratio == pytest.approx(
+        dict.fromkeys(found.ratio or {}, 1.0) | {"over_5m_m": None, "over_5m_deg": None}
+    )
     assert found.path
     assert found.path.heading_rmse_deg == pytest.approx(3.0 * np.sqrt(3 / 5), abs=0.02)
     assert found.path.end_m == pytest.approx(2 * 1.6 * np.sin(np.radians(1.5)), abs=0.001)
     assert found.map
     assert found.map.free_true == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_path_as_found_online_is_another_where_later_sweeps_moved_it(tmp_path: Path) -> None:
+    found = track_of_run(made_run(tmp_path / "graph.run.mcap", "graph", drifting(3.0)))
+    assert found.online is not None
+    assert 0.0 < np.abs(found.online - found.path).max() < 0.1
+
+
+def test_a_map_that_is_only_turned_is_a_true_one_after_the_best_alignment(tmp_path: Path) -> None:
+    made = made_run(tmp_path / "a.run.mcap", "paper", drifting(0.0))
+    track, reference = track_of_run(made), reference_of_run(made)
+    assert reference.truth
+    turned = reference.truth.pose.copy()
+    turned[0, 2] += np.radians(10.0)  # the truth knows the first heading badly, and nothing else
+    found = evaluate(track, replace(reference, truth=replace(reference.truth, pose=turned)))
+    assert found.map
+    assert found.map_aligned
+    assert (found.map.surface_mapped or 0.0) < 0.9 * (found.map_aligned.surface_mapped or 0.0)
+    assert found.map_aligned == evaluate(track, reference).map_aligned
+    assert evaluate(track, Reference("", None, reference.surfaces), start=Pose(0.0, 0.0, 0.0)).map_aligned is None
 
 
 def test_without_a_truth_nothing_is_judged(tmp_path: Path) -> None:

@@ -1,15 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.association import Chains, Member
+from slam.association import POINT, Chains, Member
 from slam.geometry import ORIGIN, Pose, through
 from slam.grid import Cells, Grid, Patch
 from sonarlog.log import Surfaces
 from sonarlog.map_metrics import distance_to_surfaces, map_quality, surfaces_in_map
 from sonarlog.metrics import (
     NotComparable,
+    best_frame,
     chain_straightness,
     frame_between,
     path_errors,
@@ -97,6 +100,22 @@ def test_a_wall_is_known_by_the_true_pose_it_was_seen_from_and_its_doors_are_par
     (mapped,) = straightness(chain((0.5, 1.0, 1.5, 1.0), (5.5, -1.0, 6.5, -1.0)), poses, truth, walls)
     assert (mapped.wall, mapped.pieces) == (0, 2)
     assert mapped.deviation_m > 0.2
+
+
+def test_neither_the_back_of_a_recess_nor_a_point_is_a_piece_of_the_wall() -> None:
+    walls = np.array([(0.0, 1.0, 3.0, 1.0), (3.0, 1.12, 4.0, 1.12), (4.0, 1.0, 8.0, 1.0)])
+    seen = chain((0.5, 1.0, 1.5, 1.0), (3.2, 1.12, 3.8, 1.12), (5.5, 1.0, 6.5, 1.0), (7.0, 1.0, 7.5, 1.2))
+    members = (*seen.members[:3], replace(seen.members[3], nature=POINT))
+    (mapped,) = straightness(replace(seen, members=members), np.zeros((4, 3)), np.zeros((4, 3)), walls)
+    assert (mapped.wall, mapped.pieces) == (0, 2)
+    assert mapped.deviation_m == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_best_frame_takes_a_false_first_heading_out_and_a_robot_that_stood_still_keeps_its_own() -> None:
+    path = placed(LINE, Pose(0.0, 0.0, 0.1))
+    assert (best_frame(path, LINE).theta, path_errors(path, LINE).ate_aligned_m) == pytest.approx((-0.1, 0.0))
+    still = np.array([(0.0, 0.0, 1.0), (0.01, 0.0, 1.0)])
+    assert best_frame(still, still * (-1.0, 1.0, 1.0)).theta == pytest.approx(0.0)
 
 
 def box(size: float) -> Surfaces:
