@@ -24,10 +24,14 @@ CLOSE_S = 1.0
 
 
 class LiveLine:
-    """Give it statuses and events; it never waits. `lost` says that the terminal is gone."""
+    """Give it statuses and events; it never waits. `lost` says that the terminal is gone.
 
-    def __init__(self, *, quiet: bool, verbose: bool) -> None:
+    `talk`: how events begin that are told without being asked for.
+    """
+
+    def __init__(self, *, quiet: bool, verbose: bool, talk: tuple[str, ...] = ()) -> None:
         self.lost = False
+        self._talk = talk
         self._quiet = quiet
         self._verbose = verbose
         self._live = sys.stderr.isatty()
@@ -52,7 +56,8 @@ class LiveLine:
 
     def tell(self, event: "Event") -> None:
         """An event above the line: what went wrong always, the rest if asked for."""
-        if self._verbose or (event.level != "info" and not self._quiet):
+        told = event.level != "info" or (self._talk and event.text.startswith(self._talk))
+        if self._verbose or (told and not self._quiet):
             self.say(f"{event.t_ns / 1e9:7.1f} s {event.text}")
 
     def say(self, text: str) -> None:

@@ -11,6 +11,7 @@ import click
 
 COMMANDS = {  # name: (module, one line of help)
     "record": ("cli.record", "Drive a robot and record its sweeps to an MCAP file."),
+    "explore": ("cli.explore", "Let the robot decide where to go until all is mapped, and record it."),
     "replay": ("cli.replay", "Replay a recording through the SLAM pipeline."),
     "diff": ("cli.diff", "Say what differs between two runs."),
     "eval": ("cli.eval", "Hold runs against the truth: errors of path and map."),

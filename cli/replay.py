@@ -11,6 +11,7 @@ from cli.watching import WINDOW, Watch
 
 if TYPE_CHECKING:
     from slam.algorithms import Algorithm
+    from sonarlog.replay import Replayed
     from sonarlog.robot import Robot
 
 
@@ -85,7 +86,6 @@ def command(
         raise click.UsageError("which recording? sonarlog replay RECORDING")
     from cli.progress import progress
     from slam.algorithms import DEFAULT, algorithm
-    from sonarlog.accounting import told
     from sonarlog.replay import replay
     from sonarlog.robot import load_robot
 
@@ -115,10 +115,20 @@ def command(
         export_folder(read_run(output), folder, force=force)
     for sentence in result.missing:
         click.echo(sentence, err=True)
+    _tell(result, output or recording, f"{chosen.name} {chosen.version}", output, as_json=as_json, quiet=quiet)
+
+
+def _tell(result: "Replayed", path: Path, algorithm: str, run: Path | None, *, as_json: bool, quiet: bool) -> None:
+    from sonarlog.accounting import told
+
+    explored = result.reproduced
     if as_json:
-        click.echo(json.dumps({"run": output and str(output), "digest": result.digest, **result.counts}))
+        told_of = {} if explored is None else {"decisions": vars(explored)}
+        click.echo(json.dumps({"run": run and str(run), "digest": result.digest, **result.counts, **told_of}))
         return
-    click.echo(f"{result.digest}  {output or recording}  {result.sweeps} sweeps, {chosen.name} {chosen.version}")
+    click.echo(f"{result.digest}  {path}  {result.sweeps} sweeps, {algorithm}")
+    if explored is not None:
+        click.echo(f"decisions: {explored.told()}", err=True)
     if not quiet:
         for line in told(result.counts):
             click.echo(line, err=True)

@@ -13,6 +13,7 @@ from cli.options import FILE, FOLDER, as_json, force, quiet
 
 if TYPE_CHECKING:
     from sonarlog.apart import Apart
+    from sonarlog.exploring.reproduction import Reproduced
     from sonarlog.runs import Run
     from sonarlog.verify import Parting, Verified
 
@@ -59,20 +60,23 @@ def command(
         same = Verified((len(run.sweeps), len(run.sweeps)), (run.digest, run.digest), None, 0.0, 0.0, 0)
         _say(same, as_json=as_json)
         return 0
-    with _again(run, recording, revision, quiet=quiet) as again:
+    with _again(run, recording, revision, quiet=quiet) as (again, explored):
         found = compare(run, again)
     if folder is not None and found.first is not None:
         written = dump(found.first, folder, force=force)
         click.echo(f"written: {', '.join(map(str, written))}", err=True)
-    _say(found, as_json=as_json)
-    return 0 if found.same else 1
+    _say(found, explored, as_json=as_json)
+    return 0 if found.same and (explored is None or explored.same) else 1
 
 
-def _say(found: "Verified", *, as_json: bool) -> None:
+def _say(found: "Verified", explored: "Reproduced | None" = None, *, as_json: bool) -> None:
     if as_json:
-        click.echo(json.dumps(found.as_dict(), indent=2))
-    else:
-        _tell(found)
+        told_of = {} if explored is None else {"decisions": {"same": explored.same, **vars(explored)}}
+        click.echo(json.dumps(found.as_dict() | told_of, indent=2))
+        return
+    _tell(found)
+    if explored is not None:
+        click.echo(f"decisions: {explored.told()}")
 
 
 def _same_in_parts(run: "Run", recording: Path, jobs: int) -> bool:
@@ -126,8 +130,10 @@ def _warn(run: "Run", revision: str | None) -> None:
 
 
 @contextmanager
-def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) -> "Iterator[Run]":
-    """The run made anew."""
+def _again(
+    run: "Run", recording: Path, revision: str | None, *, quiet: bool
+) -> "Iterator[tuple[Run, Reproduced | None]]":
+    """The run made anew, and, of an exploration, whether it decides as it did."""
     from cli.progress import progress
     from cli.watching import Watch
     from slam.algorithms import algorithm
@@ -136,11 +142,13 @@ def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) ->
     from sonarlog.runs import read_run
 
     asked = run.identity
+    explored = None
     with TemporaryDirectory(prefix="sonarlog-") as folder, progress("replaying", quiet=quiet) as advance:
         output = Path(folder) / "again.run.mcap"
         if revision is None:
             chosen = algorithm(asked.algorithm).configured(asked.config)
-            replay(recording, chosen, output, watcher=Watch(advance), robot=asked.given_robot)
+            replayed = replay(recording, chosen, output, watcher=Watch(advance), robot=asked.given_robot)
+            explored = replayed.reproduced
         elif asked.robot is not None:
             raise click.UsageError(f"{run.path} is of a robot given to it, which --code cannot tell: leave --code out")
         else:
@@ -148,7 +156,7 @@ def _again(run: "Run", recording: Path, revision: str | None, *, quiet: bool) ->
                 unknown = replay_with(code, recording, asked.algorithm, asked.config, output)
             if unknown:
                 click.echo(f"sonarlog: warning: that revision knows no {', '.join(unknown)}", err=True)
-        yield read_run(output)
+        yield read_run(output), explored
 
 
 def _tell(found: "Verified") -> None:

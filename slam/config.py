@@ -51,7 +51,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "frontier.piece_m": (0.1, 10.0),
     "frontier.view_m": (0.0, 2.0),
     "frontier.settle_m": (0.01, 100.0),
-    "frontier.stood_share": (0.0, 1.0),
+    "frontier.looked_share": (0.0, 1.0),
     "frontier.stay": (1.0, 10.0),
     "frontier.leg_m": (0.1, 10.0),
     "frontier.known_leg_m": (0.1, 10.0),

@@ -14,12 +14,9 @@ from slam.dmath import Floats
 from slam.geometry import Pose
 from slam.grid import Grid
 from slam.intent import Block, Intent
+from slam.lookouts import Places, lookouts, nearest
 from slam.planning import STRAIGHT, Cell, Ground, Path, Ways, find_path, least
-from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
-from slam.sweep import Ints
-
-PATIENCE = 3
-"""So often the robot tries again what it could not reach, when there is nothing else to do."""
+from slam.regions import Ranks, frontier_of, pieces_of, ranks_of
 
 ROUND = 16
 """Waves of the search for ways between two looks at what may still win."""
@@ -33,14 +30,15 @@ class FrontierConfig:
     chink_cells: int = 2  # unknown stretches nowhere wider than twice as many cells are left
     piece_m: float = 1.0  # regions are cut into pieces so large
     robot_radius_m: float = 0.18
-    margin_m: float = 0.05
-    clear_m: float = 0.15  # a way that keeps so much more off walls and the unknown costs half
-    view_m: float = 0.35  # from so far away a region may be looked at
+    margin_m: float = 0.10
+    clear_m: float = 0.25  # a way that keeps so much more off walls, and off the unknown, costs half
+    view_m: float = 0.7  # from so far away a region may be looked at
+    far_view_m: float = 1.5  # the same, when nothing else is left
     settle_m: float = 0.5  # added to every way: a near goal is not infinitely good
     min_gain_m2: float = 0.08
-    most_gain_m2: float = 1.0  # a region that promises more is not better
-    stood_m: float = 0.50  # a region so near to a scan that did not show it …
-    stood_share: float = 0.4  # … is worth so much less, each time
+    most_gain_m2: float = 2.0  # a region that promises more is not better
+    looked_share: float = 0.5  # what is left of a region's worth each time that it was looked at and is still there
+    stood_m: float = 0.35  # nearer than this to a scan there need not be another
     stay: float = 1.3  # what the goal chosen before is worth more
     leg_m: float = 0.9  # from scan to scan where nobody stood before
     known_leg_m: float = 1.8  # where the walls were seen from near the next place already
@@ -79,9 +77,9 @@ def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: Front
     """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
     known = before.after(poses[-1], len(poses) - 1, config.block_sweeps)
     decision = _decided(grid, poses, known, config)
-    tries = max((each.times for each in (*known.blocks, *known.vain)), default=PATIENCE)
-    if decision.chosen is None and tries < PATIENCE:  # perhaps it is gone: look again
-        decision = _decided(grid, poses, known.forgiving(), config)
+    if decision.chosen is None and (again := known.forgiving()) != known:  # perhaps it is gone
+        known = again
+        decision = _decided(grid, poses, known, config)
     if decision.chosen is None:
         return decision, replace(known, goal=None, leg=None)
     goal = decision.regions[decision.chosen].centre
@@ -94,8 +92,8 @@ def ground_of(ranks: Ranks, blocks: tuple[Block, ...], config: FrontierConfig) -
     clear = int(config.clear_m / ranks.cell_m + 0.5)
     solid = ranks.occupied | _discs(blocks, ranks, config.block_m)
     keep_off = within(solid, ranks.stride, radius)
-    near = within(keep_off & ranks.free, ranks.stride, clear) | within(ranks.unknown, ranks.stride, clear)
-    passable = ranks.free & ~keep_off
+    near = within((keep_off & ranks.open) | ranks.unknown, ranks.stride, clear)
+    passable = ranks.open & ~keep_off
     return Ground(
         passable,
         ranks.stride,
@@ -145,62 +143,39 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / grid.cell_m + 0.5))
     ground = ground_of(ranks, blocks, config)
     start = ground.cell(poses[-1].x, poses[-1].y)
-    targets = _targets(pieces, ground, start, config)
     centres = np.stack([pieces.columns + ranks.left, pieces.rows + ranks.bottom], axis=1) + 0.5
-    centres = centres * grid.cell_m
+    centres = centres.astype(np.float64) * grid.cell_m
+    stations = np.array([(pose.x, pose.y) for pose in poses] + [(each.x, each.y) for each in known.vain])
+    done = Places(stations, config.stood_m)
+    targets = lookouts(pieces, ground, start, config.view_m, done)
+    chosen, path = _best(_worth(pieces.gains, centres, stations, known, config), targets, ground, start, config)
+    if chosen is None:  # what cannot be reached may be seen better from the nearest place that can
+        targets = nearest(pieces, ground, start, config.far_view_m, done)
+        chosen, path = _best(np.minimum(pieces.gains, config.most_gain_m2), targets, ground, start, config)
     regions = tuple(
         Region(size, (x, y), gain, target)
         for size, (x, y), gain, target in zip(
             pieces.sizes.tolist(), centres.tolist(), pieces.gains.tolist(), targets, strict=True
         )
     )
-    worth = _worth(centres, pieces, poses, known, config)
-    chosen, path = _best(worth, targets, ground, start, config)
     if chosen is None or path is None:
         return Decision(frontier.bit_count(), regions, None, nothing.path, blocks=blocks)
     leg = _leg(path.points, poses, config)
     return Decision(frontier.bit_count(), regions, chosen, path.points, leg, path.length_m, blocks)
 
 
-def _worth(centres: Floats, pieces: Pieces, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> Floats:
+def _worth(gains: Floats, centres: Floats, stations: Floats, before: Intent, config: FrontierConfig) -> Floats:
     """What each piece is worth before the way to it: what it would show, unless looking there has not helped."""
-    x, y = (np.array(values) for values in ([pose.x for pose in poses], [pose.y for pose in poses]))
-    near = dmath.hypot(centres[:, :1] - x, centres[:, 1:] - y) < config.stood_m
-    worth = np.minimum(pieces.gains, config.most_gain_m2)
-    stood = np.count_nonzero(near, axis=1)
-    for each in before.vain:
-        stood += each.times * (dmath.hypot(centres[:, 0] - each.x, centres[:, 1] - each.y) < config.stood_m)
-    for times in range(1, int(stood.max(initial=0)) + 1):
-        worth = np.where(stood >= times, worth * config.stood_share, worth)
+    near = dmath.hypot(centres[:, :1] - stations[:, 0], centres[:, 1:] - stations[:, 1]) < config.view_m
+    worth = np.minimum(gains, config.most_gain_m2)
+    looked = np.count_nonzero(near, axis=1)
+    for times in range(1, int(looked.max(initial=0)) + 1):
+        worth = np.where(looked >= times, worth * config.looked_share, worth)
     worth = np.where(worth < config.min_gain_m2, 0.0, worth)
     if before.goal is not None:
         same = dmath.hypot(centres[:, 0] - before.goal[0], centres[:, 1] - before.goal[1]) < 0.5 * config.piece_m
         worth = np.where(same, worth * config.stay, worth)
     return np.asarray(worth)
-
-
-def _targets(pieces: Pieces, ground: Ground, start: Cell, config: FrontierConfig) -> list[Cell | None]:
-    """For each piece the reachable cell nearest to its middle, if one is near enough."""
-    count = len(pieces.sizes)
-    if count == 0:
-        return []
-    dr, dc = _around(int(config.view_m / ground.cell_m))
-    r, c = pieces.rows[:, None] + dr, pieces.columns[:, None] + dc
-    inside = (r >= 0) & (r < ground.shape[0]) & (c >= 0) & (c < ground.shape[1])
-    places = np.where(inside, r * ground.stride + c, 0)
-    there = ground.reachable(start, places.reshape(-1)).reshape(places.shape) & inside
-    first = np.argmax(there, axis=1)
-    return [(int(r[k, first[k]]), int(c[k, first[k]])) if bool(there[k, first[k]]) else None for k in range(count)]
-
-
-def _around(radius: int) -> tuple[Ints, Ints]:
-    """Steps (n,) to the cells within a radius, nearest first."""
-    side = np.arange(-radius, radius + 1)
-    dr, dc = np.repeat(side, len(side)), np.tile(side, len(side))
-    square = dr * dr + dc * dc
-    order = np.lexsort((dc, dr, square))
-    order = order[square[order] <= radius * radius]
-    return dr[order], dc[order]
 
 
 def _best(

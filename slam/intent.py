@@ -13,6 +13,9 @@ from slam.geometry import Pose
 
 Point = tuple[float, float]
 
+PATIENCE = 3
+"""So often the robot tries again what it could not reach, when there is nothing else to do."""
+
 ARRIVED_M = 0.30
 """A robot that scans so near to where it was sent to has arrived."""
 
@@ -46,9 +49,9 @@ class Intent:
     vain: tuple[Block, ...] = ()
 
     def after(self, pose: Pose, sweep: int, keep: int) -> "Intent":
-        """What is known to be in the way, now that the robot is here; forgotten after `keep` sweeps for each time."""
+        """What is known to be in the way, now that the robot is here; forgotten after `keep` sweeps."""
         blocks, vain = (
-            tuple(each for each in known if sweep - each.sweep <= keep * each.times)
+            tuple(each for each in known if sweep - each.sweep <= keep or each.times >= PATIENCE)
             for known in (self.blocks, self.vain)
         )
         point = _stopped_by(self.leg, pose)
@@ -58,8 +61,9 @@ class Intent:
         return replace(self, blocks=blocks, vain=vain)
 
     def forgiving(self) -> "Intent":
-        """As if nothing had been in the way."""
-        return replace(self, blocks=(), vain=())
+        """With only what was tried often enough."""
+        blocks, vain = (tuple(each for each in known if each.times >= PATIENCE) for known in (self.blocks, self.vain))
+        return replace(self, blocks=blocks, vain=vain)
 
 
 def _noted(known: tuple[Block, ...], point: Point, sweep: int) -> tuple[Block, ...]:

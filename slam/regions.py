@@ -22,9 +22,9 @@ RAYS, STEPS, STEP_M = 32, 15, 0.10
 
 @dataclass(frozen=True)
 class Ranks:
-    """Cells of a grid as boards of `stride` bits a row: free, occupied, and unknown as far as that is no mere chink."""
+    """Cells of a grid as boards of `stride` bits a row: occupied, unknown, and open ones, to which chinks belong."""
 
-    free: int
+    open: int
     occupied: int
     unknown: int
     stride: int
@@ -50,7 +50,7 @@ class Pieces:
 
 
 def ranks_of(grid: Grid, chink: int, spare: int) -> Ranks | None:
-    """The grid's cells; unknown stretches nowhere wider than 2 · `chink` cells are left out. None: there is no cell."""
+    """The grid's cells; a chink is unknown, but nowhere wider than 2 · `chink` cells. None: there is no cell."""
     log_odds, left, bottom = grid.dense()
     if log_odds.size == 0:
         return None
@@ -59,14 +59,16 @@ def ranks_of(grid: Grid, chink: int, spare: int) -> Ranks | None:
     free, occupied = board(grid.free(log_odds), stride), board(grid.occupied(log_odds), stride)
     everywhere = board(np.ones((height, width), dtype=np.bool_), stride)
     core = everywhere & ~within(free | occupied, stride, chink)
-    unknown = within(core, stride, chink) & everywhere & ~(free | occupied)
-    return Ranks(free, occupied, unknown, stride, (height, width), left, bottom, grid.cell_m)
+    unknown = within(core, stride, chink) & everywhere
+    return Ranks(
+        everywhere & ~unknown & ~occupied, occupied, unknown, stride, (height, width), left, bottom, grid.cell_m
+    )
 
 
 def frontier_of(ranks: Ranks) -> int:
-    """Free cells beside unknown ones, as a board."""
+    """Open cells beside unknown ones, as a board."""
     unknown, stride = ranks.unknown, ranks.stride
-    return ranks.free & ((unknown << 1) | (unknown >> 1) | (unknown << stride) | (unknown >> stride))
+    return ranks.open & ((unknown << 1) | (unknown >> 1) | (unknown << stride) | (unknown >> stride))
 
 
 def pieces_of(frontier: int, ranks: Ranks, smallest: int, piece: int) -> Pieces:

@@ -94,6 +94,7 @@ class Log:
     truth: Truth | None = None
     surfaces: Surfaces | None = None
     events: tuple[Event, ...] = ()
+    decisions: tuple[str, ...] = ()  # of an exploration, as JSON in order of time
     counts: dict[str, int] = field(default_factory=dict)
     missing: tuple[str, ...] = ()  # what a damaged file no longer holds, in sentences
     digest: str = ""  # of what was recorded: see `sonarlog.recording.recording_digest`

@@ -18,6 +18,7 @@ from slam.pipeline import Step
 from sonarlog.accounting import TWICE, check
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
+from sonarlog.exploring.reproduction import Reproduced, Reproduction
 from sonarlog.log import Log, Truth
 from sonarlog.recording import read_log
 from sonarlog.robot import Robot
@@ -47,6 +48,7 @@ class Replayed:
     sweeps: int
     counts: dict[str, int]
     missing: tuple[str, ...] = ()  # of a damaged recording, in sentences
+    reproduced: Reproduced | None = None  # of an exploration: whether it decides as it did
 
 
 def replay(
@@ -71,6 +73,7 @@ def replay(
     counts = used_and_left_out(log, sweeps)
     identity = identify(log.digest, algorithm, robot)
     result = RunDigest(identity.asked())
+    decisions = Reproduction(log.decisions, algorithm)
     run = None
     if output is not None:
         run = RunWriter(output, identity, recording=recording, force=force, checkpoint_every=checkpoint_every)
@@ -79,6 +82,7 @@ def replay(
             watcher.begin(log, len(sweeps.sweeps))
         for step in replay_sweeps(log, sweeps, algorithm):
             digests = result.add(step)
+            decisions.add(step)
             truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))
             if writer:
                 writer.add(step, digests, result, truth)
@@ -86,7 +90,7 @@ def replay(
                 watcher.step(step, truth)
         if writer:
             writer.finish(result, step.state, counts, log.surfaces)
-    return Replayed(result.result(), len(sweeps.sweeps), counts, log.missing)
+    return Replayed(result.result(), len(sweeps.sweeps), counts, log.missing, decisions.result())
 
 
 def replay_sweeps(log: Log, sweeps: Cut, algorithm: Algorithm) -> Iterator[Step]:

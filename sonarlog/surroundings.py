@@ -143,8 +143,8 @@ class Echoes:
         while self._readings and self._readings[-1].t_ns - self._readings[0].t_ns > MEMORY_NS:
             self._readings.popleft()
 
-    def room(self, here: Place, *, backwards: bool = False) -> float:
-        """Metres from the robot's hull to what the sonars that look there see now.
+    def room(self, here: Place, *, backwards: bool = False, last: int = 1) -> float:
+        """Metres from the robot's hull to what the sonars that look there see now, by the `last` readings of each.
 
         A wall at a slant shows only in the sonars near its normal, so those up to 50° off count too, where what they
         see is within 15 cm of the robot's track.
@@ -153,11 +153,14 @@ class Echoes:
         room = NEAR_M
         for number, sonar in enumerate(self._robot.sonars):
             off = abs(wrap(sonar.heading_deg - (180 if backwards else 0)))
-            if off > 50 or not (fresh := self._fresh(number, 1)) or (seen := self._point(fresh[0], here)) is None:
+            if off > 50:
                 continue
-            ahead, aside = (-seen[0], seen[1]) if backwards else seen
-            if off <= 20 or abs(aside) < radius + 0.15:
-                room = min(room, ahead - radius)
+            for seen in [self._point(reading, here) for reading in self._fresh(number, last)]:
+                if seen is None:
+                    continue
+                ahead, aside = (-seen[0], seen[1]) if backwards else seen
+                if off <= 20 or abs(aside) < radius + 0.15:
+                    room = min(room, ahead - radius)
         return room
 
     def walls(self) -> tuple[Wall, ...]:
@@ -216,6 +219,29 @@ def room_to_walls(walls: Sequence[Wall], here: Place, heading_deg: float, radius
         if abs(beside + distance_to(wall, here) * tan(off)) < radius + 0.1:
             room = min(room, (distance_to(wall, here) - radius) / cos(off))
     return room
+
+
+def points_of(readings: Sequence[Reading], robot: Robot) -> Floats:
+    """Where a scan's near echoes lie (n, 2), each with two others within 10 cm of it: wild readings stand alone."""
+    near = [r for r in readings if 100 <= r.range_mm < NEAR_M / 2 * 1000]
+    if not near:
+        return np.zeros((0, 2))
+    beams = np.array([(*beam_origin(r.pose, robot.sonars[r.sonar]), r.range_mm / 1000) for r in near])
+    axis = np.radians(beams[:, 2])
+    points = beams[:, :2] + beams[:, 3:] * np.stack([np.cos(axis), np.sin(axis)], axis=1)
+    apart = np.hypot(*np.moveaxis(points[:, None] - points[None, :], -1, 0))
+    return np.asarray(points[(apart < 0.10).sum(axis=1) >= 3])
+
+
+def room_to_points(points: Floats, here: Place, heading_deg: float, radius: float) -> float:
+    """Metres that a disc of that radius can go along a heading before it touches one of the points."""
+    cosine, sine = cos(radians(heading_deg)), sin(radians(heading_deg))
+    x, y = points[:, 0] - here.x, points[:, 1] - here.y
+    ahead, aside = x * cosine + y * sine, y * cosine - x * sine
+    hit = (np.abs(aside) < radius) & (ahead > 0)
+    if not hit.any():
+        return NEAR_M
+    return float(np.min(ahead[hit] - np.sqrt(radius * radius - aside[hit] ** 2)))
 
 
 def _wrap_array(degrees: Floats) -> Floats:

@@ -5,28 +5,32 @@ The robot stands while it is decided. Must not know: the port, files, how a goal
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan2, degrees, hypot
+from math import atan2, degrees, hypot, radians
 
 import numpy as np
 
 from slam.algorithms import Algorithm
 from slam.dmath import Floats
+from slam.frontier import way_to
 from slam.geometry import Pose
 from slam.pipeline import Step
 from sonarlog.decode import Sample
 from sonarlog.exploring.live_sweeps import LiveSweeps
-from sonarlog.exploring.mapper import Mapper
+from sonarlog.exploring.mapper import Mapper, described
 from sonarlog.moves import STAND, Decided, Motion, Mover, Moves, Pause, Script, distance
 from sonarlog.protocol.packets import Sip
 from sonarlog.robot import Robot
-from sonarlog.surroundings import wrap
+from sonarlog.surroundings import room_to_points, wrap
 
 SECOND = 1_000_000_000
 AHEAD_M = 0.30  # the point of the path that the robot steers at is so far along it
-STOP_M = 0.12  # room before the hull at which the robot stands
+STOP_M = 0.10  # room before the hull at which the robot stands
+BESIDE_M = 0.03  # room beside the hull
 ON_THE_SPOT_DEG = 25.0  # further off than this it turns before it goes on
 WAIT_NS = 1_500_000_000  # an echo heard once is no wall
 BACK_M = 0.12  # off what was touched
+NEAR_HOME_M = 0.25
+HOME_LEG = 36  # cells from scan to scan on the way back
 POOR = 3  # scans in a row that give no sweep: something is wrong with the robot
 
 
@@ -57,8 +61,8 @@ class Explorer(Mover):
         """`watch` sees every step; it must not wait."""
         super().__init__(robot, speed_mm_s=limits.speed_mm_s, scan_deg_s=limits.scan_deg_s)
         self.ended = ""
-        self.metres = 0.0
         self._limits = limits
+        self._algorithm = algorithm
         self._turn_rate = min(limits.turn_deg_s, robot.max_turn_deg_s)
         self._sweeps = LiveSweeps(robot)
         self._mapper = Mapper(robot, algorithm)
@@ -68,6 +72,11 @@ class Explorer(Mover):
         self._asked = ""
         self._last_turn = -1
         self._began_ns: int | None = None
+
+    @property
+    def metres(self) -> float:
+        """Driven so far."""
+        return self._path
 
     def ask_end(self, why: str) -> None:
         """End at the next chance; `why` in words."""
@@ -151,7 +160,7 @@ class Explorer(Mover):
                     return True
                 yield from self._rest()
                 continue
-            speed = min(self._speed, 60 + 900 * left, 900 * (self._room(1) - STOP_M)) * max(0.3, 1 - abs(off) / 40)
+            speed = min(self._speed, 60 + 900 * left, 700 * (self._room(1) - STOP_M)) * max(0.3, 1 - abs(off) / 40)
             if self._stalled:
                 yield from self._back_off()
                 return True
@@ -167,6 +176,13 @@ class Explorer(Mover):
         yield from self._rest()
         return False
 
+    def _room(self, way: int) -> float:
+        """Also what the last scan heard anywhere near, and what any of the last few pings says."""
+        heading = self._here.heading_deg + (0 if way > 0 else 180)
+        hull = self._robot.radius_mm / 1000
+        scanned = room_to_points(self._points, self._here, heading, hull + BESIDE_M)
+        return min(super()._room(way), scanned, self._echoes.room(self._here, backwards=way < 0, last=3))
+
     def _back_off(self) -> Pause:
         """Off what the robot ran into."""
         self._event("warn", "the wheels stalled: backing off")
@@ -178,21 +194,28 @@ class Explorer(Mover):
         yield from self._rest()
 
     def _home(self) -> Pause:
-        yield STAND
+        """Back to where it began, through what is known to be free, scanning now and then."""
+        tries = 0
+        while (step := self._mapper.step) is not None and tries < POOR:
+            here, start = self._pose(step), step.state.poses[0]
+            if hypot(here.x - start.x, here.y - start.y) < NEAR_HOME_M:
+                self._event("info", "the exploration is back at its start")
+                return
+            path = way_to(step.state.grid, here, (start.x, start.y), self._algorithm.config.frontier)
+            if path is None:
+                break
+            blocked = yield from self._along(path.points[: HOME_LEG + 1], step)
+            tries = tries + 1 if blocked else 0
+            if hypot(self._pose(step).x - start.x, self._pose(step).y - start.y) >= NEAR_HOME_M:
+                yield from self._scan(-self._last_turn)
+                self._last_turn = -self._last_turn
+                self._think()
+        self._event("warn", "the exploration finds no way back to its start")
 
-
-def described(step: Step) -> str:
-    """What was seen, how far the pose was off, where to go and why."""
-    decision = step.decision
-    moved = step.calibrated.predicted.step_to(step.pose)
-    seen = f"{len(step.features.walls)} walls, {len(step.association.links)} known"
-    corrected = f"corrected by {100 * hypot(moved.x, moved.y):.0f} cm, {degrees(moved.theta):+.1f}°"
-    if decision.chosen is None:
-        return f"{seen}; {corrected}; nowhere to go"
-    region = decision.regions[decision.chosen]
-    x, y = region.centre
-    why = f"{region.gain_m2:.1f} m² to see for {decision.length_m:.1f} m"
-    return f"{seen}; {corrected}; to the frontier at ({x:.1f}, {y:.1f}) m, {why}"
+    def _pose(self, step: Step) -> Pose:
+        """Where the robot is in the map by odometry since that step."""
+        here = Pose(self._here.x, self._here.y, radians(self._here.heading_deg))
+        return step.pose.compose(step.calibrated.odometry.step_to(here))
 
 
 def carried(path: Floats, step: Step) -> Floats:

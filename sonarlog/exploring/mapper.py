@@ -5,6 +5,7 @@ Must not know: how the robot is driven, files.
 
 import json
 from dataclasses import asdict, dataclass
+from math import degrees, hypot
 from typing import Any
 
 from slam import pipeline
@@ -42,6 +43,20 @@ class DecisionChain:
         return self._digest.chain
 
 
+def described(step: Step) -> str:
+    """What was seen, how far the pose was off, where to go and why."""
+    decision = step.decision
+    moved = step.calibrated.predicted.step_to(step.pose)
+    seen = f"{len(step.features.walls)} walls, {len(step.association.links)} known"
+    corrected = f"corrected by {100 * hypot(moved.x, moved.y):.0f} cm, {degrees(moved.theta):+.1f}°"
+    if decision.chosen is None:
+        return f"{seen}; {corrected}; nowhere to go"
+    region = decision.regions[decision.chosen]
+    x, y = region.centre
+    why = f"{region.gain_m2:.1f} m² to see for {decision.length_m:.1f} m"
+    return f"{seen}; {corrected}; to the frontier at ({x:.1f}, {y:.1f}) m, {why}"
+
+
 class Mapper:
     """Steps of one exploration; `step` is the last one."""
 
@@ -71,6 +86,8 @@ class Mapper:
             "goal": None if decision.chosen is None else list(decision.regions[decision.chosen].centre),
             "regions": len(decision.regions),
             "path": decision.path.tolist(),
+            "leg": decision.leg,
+            "why": described(step),
             "chain": self._chain.add(step),
         }
         if self.count == 0:

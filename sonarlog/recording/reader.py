@@ -184,7 +184,7 @@ class _Fingerprint:
 
 def _decoded(file: McapReader, given: Robot | None) -> Log:
     """By the wire, else by the topics; events and, where the wire has none, truth are read beside it."""
-    beside: dict[str, list[McapMessage]] = {layout.EVENTS: [], layout.TRUTH: []}
+    beside: dict[str, list[McapMessage]] = {layout.EVENTS: [], layout.TRUTH: [], layout.DECISIONS: []}
     own = robot_of(file)
     known = _Fingerprint(own)
     log = decode_wire(known.watched(_wire(file, beside)), given or own or load_robot(DEFAULT_ROBOT))
@@ -193,7 +193,8 @@ def _decoded(file: McapReader, given: Robot | None) -> Log:
         known.take_topics(log if given is None else log_from_topics(file, own, started_wall_ns(file)))
     events = tuple(_events(file, beside[layout.EVENTS]))
     truth = log.truth or _truth(file, beside[layout.TRUTH])
-    return replace(log, truth=truth, events=events, digest=known.hexdigest())
+    decisions = tuple(_decisions(beside[layout.DECISIONS]))
+    return replace(log, truth=truth, events=events, decisions=decisions, digest=known.hexdigest())
 
 
 def _wire(file: McapReader, beside: dict[str, list[McapMessage]]) -> Iterator[tuple[int, str, bytes]]:
@@ -223,6 +224,12 @@ def _events(file: McapReader, messages: Iterable[McapMessage]) -> Iterator[Event
         if message.schema == type_name(ros2.Log):
             line = decode(ros2.Log, message.data)
             yield Event(message.log_time_ns - start, LEVEL_NAMES.get(line.level, "info"), line.msg)
+
+
+def _decisions(messages: Iterable[McapMessage]) -> Iterator[str]:
+    for message in messages:
+        if message.schema == type_name(ros2.StringMessage):
+            yield decode(ros2.StringMessage, message.data).data
 
 
 def _truth(file: McapReader, messages: Iterable[McapMessage]) -> Truth | None:
