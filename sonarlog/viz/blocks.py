@@ -215,7 +215,7 @@ def _localisation(step: Step, radius_m: float) -> dict[str, Shape]:
         "after": Strips([*robot(found.pose, radius_m), *lines(step.posed.walls)], [GREEN], 3.0),
         "before": Strips([dash for line in before for dash in dashed(line, 0.05)], [WINE], 2.0),
         "correction_x10": Strips(arrow(start, start + shift), [VERMILLION], 3.0),
-        "name": Labels(start[None, :] - [[0.0, 2.2 * radius_m]], (words,)),
+        "name": Labels(predicted.points(np.array([[-3.0 * radius_m, 0.0]])), (words,)),
     }
 
 
