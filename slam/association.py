@@ -5,6 +5,7 @@ become the roots of new ones, once the sweep's pose is known.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from slam import dmath
 from slam.dmath import DEGREE, Floats
 from slam.features import Wall
 from slam.geometry import Bools, Pose, Segment, wrap
-from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,12 @@ class Chains:
 
     def of(self, chain: int) -> list[Member]:
         """The chain's members, oldest first."""
-        return [member for member in self.members if member.chain == chain]
+        return [self.members[k] for k in np.flatnonzero(self.table[:, 6] == chain).tolist()]
+
+    @cached_property
+    def table(self) -> Floats:
+        """The members as rows (m, 7): α, ρ, the ends' x and y, and the chain's number."""
+        return _rows(self.members)
 
     def joined(self, walls: list[tuple[int | None, int, Segment]], sweep: int) -> "Chains":
         """With the walls linked in: each (chain, nature, segment) to its chain, or to a new one for None."""
@@ -66,7 +71,15 @@ class Chains:
             if chain is None:
                 roots.append(len(members))
             members.append(Member(len(roots) - 1 if chain is None else chain, sweep, wall, nature))
-        return Chains(tuple(members), tuple(roots))
+        longer = Chains(tuple(members), tuple(roots))
+        # A log of a kilometre has thousands of members; they are not put into rows anew at every sweep.
+        vars(longer)["table"] = np.concatenate([self.table, _rows(longer.members[len(self.members) :])])
+        return longer
+
+
+def _rows(members: tuple[Member, ...]) -> Floats:
+    pieces = [(m.segment, m.chain) for m in members]
+    return np.array([(s.alpha, s.rho, *s.start, *s.end, chain) for s, chain in pieces], dtype=np.float64).reshape(-1, 7)
 
 
 @dataclass(frozen=True)
@@ -120,17 +133,14 @@ def associate(
 def _best(k: int, wall: Segment, chains: Chains, config: AssociationConfig) -> Link | None:
     if not chains.members:
         return None
-    others = [member.segment for member in chains.members]
-    alpha = np.array([other.alpha for other in others])
-    rho = np.array([other.rho for other in others])
-    ends = np.array([[other.start, other.end] for other in others])
+    alpha, rho, ends = chains.table[:, 0], chains.table[:, 1], chains.table[:, 2:6].reshape(-1, 2, 2)
     d1 = mean_distance(wall, alpha, rho)
     a1 = np.abs(wrap(wall.alpha - alpha))
     gap = np.where(overlapping(wall, alpha, ends), 0.0, end_gap(wall, ends))
     good = (d1 <= config.d1_m) & (a1 <= config.a1_deg * DEGREE) & (gap <= config.d2_m)
     if not bool(good.any()):
         return None
-    chain: Ints = np.array([member.chain for member in chains.members])
+    chain = chains.table[:, 6]
     candidates = np.flatnonzero(good & (d1 == d1[good].min()))
     best = int(min(candidates.tolist(), key=lambda m: (int(chain[m]), m)))
     return Link(k, int(chain[best]), best, float(d1[best]), float(a1[best]), float(gap[best]))

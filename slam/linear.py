@@ -27,6 +27,17 @@ def solve_spd(matrix: Floats, right: Floats) -> Floats:
     return solution
 
 
+def inverse_3(matrix: Floats) -> Floats:
+    """Inverse of a symmetric positive definite (3, 3) matrix, by its cofactors. Raises SlamError like `solve_spd`."""
+    (a, b, c), (_, d, e), (_, _, f) = matrix.tolist()
+    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+    determinant = a * first + b * second + c * third
+    _pivot(determinant, 0)
+    fourth, fifth, sixth = a * f - c * c, b * c - a * e, a * d - b * b
+    cofactors = [[first, second, third], [second, fourth, fifth], [third, fifth, sixth]]
+    return np.asarray(np.array(cofactors) / determinant)
+
+
 def solve_blocks(matrix: Floats, right: Floats, size: int, edges: Sequence[set[int]]) -> Floats:
     """The same for a large matrix, most of which is zero: b blocks of `size` unknowns, then a few that touch all.
 

@@ -18,7 +18,7 @@ from slam.geometry import Bools, Pose, wrap
 from slam.graph.config import GraphConfig
 from slam.graph.problem import RING, Graph, looks
 from slam.graph.solver import weights
-from slam.linear import solve_spd
+from slam.linear import inverse_3
 from slam.localisation import search
 from slam.self_calibration import Calibrated
 from slam.sweep import Ints
@@ -75,7 +75,7 @@ def match(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config:
     if len(found.pairs) < config.graph.explained * len(walls):
         found = _after_search(found, sights, walls, pose, place, track, config)
     placed = tuple(wall.segment.moved(pose) for wall in walls)
-    links = tuple(_link(k, landmark, sights, found.place, track) for k, landmark in sorted(found.pairs.items()))
+    links = _links(found, sights, track)
     unlinked = tuple(k for k in range(len(walls)) if k not in found.pairs)
     x, y, theta = found.place.pose.tolist()
     return Association(links, unlinked, placed, found.postponed, Pose(x, y, theta).quantised())
@@ -239,7 +239,7 @@ def _placed(graph: Graph, sights: Sights, taken: _Taken, prior: Place, config: G
         ],
         axis=1,
     )
-    information = np.stack([solve_spd(prior.covariance, axis) for axis in np.eye(3)])
+    information = inverse_3(prior.covariance)
     pose, whole = prior.pose, information
     for _ in range(3):
         seen = looks(
@@ -259,27 +259,25 @@ def _placed(graph: Graph, sights: Sights, taken: _Taken, prior: Place, config: G
         squares = weight.reshape(-1, 1, 1) * rows[:, :, None] * rows[:, None, :]
         whole = whole + np.cumsum(squares, axis=0)[-1]
         right = right + np.cumsum(pulled * rows, axis=0)[-1]
-        pose = pose + solve_spd(whole, right)
-    return Place(pose, np.stack([solve_spd(whole, axis) for axis in np.eye(3)]))
+        pose = pose + np.cumsum(inverse_3(whole) * right[None, :], axis=1)[:, -1]
+    return Place(pose, inverse_3(whole))
 
 
-def _link(k: int, landmark: int, sights: Sights, place: Place, track: Track) -> Link:
-    """The link as the other algorithms give it: to the chain's newest member, with what was left between the two."""
-    graph = track.graph
-    one = np.array([landmark])
-    seen = looks(
-        place.pose[None, :], graph.as_point[one] != 0,
-        graph.line[one], graph.point[one], graph.anchor[one], float(graph.errors[RING]),
-    )  # fmt: skip
-    members = track.chains.members
-    newest = next(m for m in range(len(members) - 1, -1, -1) if members[m].chain == landmark)
-    gap = float(_gaps(graph, one, sights, place.pose)[k, 0])
-    return Link(
-        wall=k,
-        chain=landmark,
-        member=newest,
-        d1=abs(float(sights.distance[k] - seen.distance[0])),
-        a1=abs(wrap(float(sights.bearing[k] - seen.bearing[0]))),
-        gap=0.0 if graph.nature[landmark] == POINT else gap,
-        nature=int(graph.nature[landmark]),
-    )
+def _links(found: Found, sights: Sights, track: Track) -> tuple[Link, ...]:
+    """The links as the other algorithms give them: to each chain's newest member, with what is left between."""
+    graph, members = track.graph, track.chains.members
+    walls = np.array(sorted(found.pairs), dtype=np.int64)
+    of = np.array([found.pairs[k] for k in walls.tolist()], dtype=np.int64)
+    place = np.repeat(found.place.pose[None, :], len(of), axis=0)
+    is_point = graph.as_point[of] != 0
+    seen = looks(place, is_point, graph.line[of], graph.point[of], graph.anchor[of], float(graph.errors[RING]))
+    d1 = np.abs(sights.distance[walls] - seen.distance)
+    a1 = np.abs(wrap(sights.bearing[walls] - seen.bearing))
+    gaps = _gaps(graph, of, sights, found.place.pose)
+    links = []
+    for k, (wall, chain) in enumerate(zip(walls.tolist(), of.tolist(), strict=True)):
+        newest = next(m for m in range(len(members) - 1, -1, -1) if members[m].chain == chain)
+        nature = int(graph.nature[chain])
+        gap = 0.0 if nature == POINT else float(gaps[wall, k])
+        links.append(Link(wall, chain, newest, float(d1[k]), float(a1[k]), gap, nature))
+    return tuple(links)

@@ -13,7 +13,7 @@ from slam.association import POINT
 from slam.dmath import DEGREE, Floats
 from slam.geometry import Bools, wrap
 from slam.graph.config import GraphConfig
-from slam.graph.problem import Graph
+from slam.graph.problem import CLOSE_EVERY, Graph
 from slam.graph.solver import part_from, solve, total_error
 from slam.sweep import Ints
 
@@ -42,7 +42,8 @@ def merged(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> tupl
             tried = graph.tried.copy()
             count = graph.counts()
             tried[gone] = (keep, int(count[keep] + count[gone]))
-            graph = replace(graph, tried=tried)
+            tired = may_close(graph) and int(graph.sweep[graph.landmark == keep].min()) < first
+            graph = replace(graph, tried=tried, closed=len(graph.poses) - 1 if tired else graph.closed)
         else:
             graph = joined
             pairs.append((keep, gone))
@@ -94,10 +95,27 @@ def _between(graph: Graph, landmark: int) -> tuple[Floats, Floats, Floats]:
 
 
 def _joined(graph: Graph, keep: int, gone: int, first: int, config: GraphConfig) -> Graph | None:
-    """The graph with both as one, or None if that adds more to the total error than it may."""
-    since = min(first, int(graph.sweep[graph.landmark == keep].min()))
-    part = part_from(graph, since)
-    before = solve(graph, part, config) if since < first else graph
+    """The graph with both as one, or None if that adds more to the total error than it may.
+
+    If the sweeps that move at every step do not reach, those since the older one was first seen move too: a loop
+    closes.
+    """
+    near = _joined_since(graph, keep, gone, first, config)
+    oldest = int(graph.sweep[graph.landmark == keep].min())
+    if near is not None or oldest >= first or not may_close(graph):
+        return near
+    all_since = solve(graph, part_from(graph, oldest), config)
+    closed = replace(all_since, closed=len(graph.poses) - 1)
+    return _joined_since(closed, keep, gone, oldest, config)
+
+
+def may_close(graph: Graph) -> bool:
+    """Whether older sweeps may move again."""
+    return len(graph.poses) - 1 - graph.closed >= CLOSE_EVERY
+
+
+def _joined_since(before: Graph, keep: int, gone: int, since: int, config: GraphConfig) -> Graph | None:
+    part = part_from(before, since)
     landmark, alive, seen = before.landmark.copy(), before.alive.copy(), before.seen.copy()
     landmark[landmark == gone] = keep
     alive[gone] = 0

@@ -15,6 +15,8 @@ from slam.dmath import Floats
 from slam.geometry import Bools, wrap
 from slam.sweep import Ints
 
+CLOSE_EVERY = 5
+"""All sweeps since an old wall move at most once in so many sweeps: what is left over then is small."""
 ROTATION, DISTANCE, DRIFT, RING = range(4)
 """The wheels' errors in `Graph.errors`; RING is what all sonars together are turned by."""
 
@@ -27,11 +29,13 @@ class Graph:
     (n,) is 0.
     Sightings: `sweep`, `landmark` (k,); `bearing`, `distance` with the bearing's own `sigma`; `left`, `right` the
     extent of what was seen, along the tangent from the foot point.
-    Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2)
-    along the tangent from the anchor; `tried` (m, 2) with which older one a merge failed last, and how often both had
+    Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the
+    last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2) along the tangent from the
+    anchor; `tried` (m, 2) with which older one a merge failed last, and how often both had
     been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
     chain, `drawn_as` (k, 2) that chain and its nature.
     `errors` (4,) the wheels', `rotation_prior` (2,) what each sweep by itself says: mean and σ.
+    `closed` is the sweep at which a loop was closed last.
     """
 
     poses: Floats
@@ -57,6 +61,7 @@ class Graph:
     drawn_as: Ints
     errors: Floats
     rotation_prior: Floats
+    closed: int = -CLOSE_EVERY
 
     @classmethod
     def empty(cls) -> "Graph":

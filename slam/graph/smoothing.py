@@ -17,7 +17,7 @@ from slam.geometry import Pose, wrap
 from slam.graph.config import GraphConfig
 from slam.graph.drawing import along_lines, drawn
 from slam.graph.matching import Sights
-from slam.graph.merging import merged
+from slam.graph.merging import may_close, merged
 from slam.graph.natures import tell_natures
 from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, sighting_residuals
 from slam.graph.solver import part_from, solve
@@ -27,8 +27,8 @@ from slam.self_calibration import Calibrated, Calibration
 from slam.sweep import Ints
 from slam.track import Track
 
-TENSE = 3.0
-"""Standard deviations by which a wall from before the window may be off before everything since then moves."""
+TENSE_M = 0.03
+"""By so much a wall from before the window may be off before everything since then moves."""
 
 
 def smooth(
@@ -44,8 +44,9 @@ def smooth(
     graph = _solved(graph, touched, first, config.graph)
     old = touched[touched < len(before)]
     old = old[before[old] < first]
-    if len(old) and _tense(graph, old, sweep, config.graph):
+    if len(old) and may_close(graph) and _tense(graph, old, sweep, config.graph):
         graph = solve(graph, part_from(graph, int(before[old].min())), config.graph)
+        graph = replace(graph, closed=sweep)
     graph, pairs = merged(graph, touched, first, config.graph)
     graph = replace(graph, extent=_extents(graph, np.union1d(touched, np.array([k for k, _ in pairs], dtype=np.int64))))
     changed = np.flatnonzero((graph.poses[:-1] != track.graph.poses).any(axis=1))
@@ -121,7 +122,7 @@ def _with_sightings(
 
 def _solved(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> Graph:
     """Solved, with natures told, and solved again if one has changed."""
-    graph = tell_natures(graph, touched, config)
+    graph = tell_natures(graph, touched, config, only_open=True)
     graph = solve(graph, part_from(graph, first), config)
     told = tell_natures(graph, touched, config)
     if bool((told.as_point == graph.as_point).all()):
@@ -135,7 +136,7 @@ def _tense(graph: Graph, old: Ints, sweep: int, config: GraphConfig) -> bool:
     mask[old] = True
     rows = graph.rows_of(mask)
     off, _, _ = sighting_residuals(graph, rows[graph.sweep[rows] == sweep], config.distance_sigma_m)
-    return bool((np.abs(off[:, 1]) > TENSE).any())
+    return bool((np.abs(off[:, 1]) * config.distance_sigma_m > TENSE_M).any())
 
 
 def _extents(graph: Graph, touched: Ints) -> Floats:
