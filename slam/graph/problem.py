@@ -7,6 +7,7 @@ number. Must not know: sweeps, sonars, how the problem is solved.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +77,7 @@ class Graph:
 
     def with_rows(self, rows: Mapping[str, object]) -> "Graph":
         """With one or more rows more in each of the named arrays."""
-        longer = {}
+        longer: dict[str, Any] = {}
         for name, more in rows.items():
             old = getattr(self, name)
             longer[name] = np.concatenate([old, np.asarray(more, dtype=old.dtype).reshape(-1, *old.shape[1:])])
