@@ -14,7 +14,7 @@ from sonarlog.diff_page import tables
 from sonarlog.diff_page.payload import payload
 from sonarlog.errors import SonarlogError
 
-SCRIPTS = ("cells.js", "map.js", "plots.js", "page.js")
+SCRIPTS = ("cells.js", "map.js", "legend.js", "plots.js", "page.js")
 
 
 class CannotWritePage(SonarlogError):
