@@ -127,7 +127,8 @@ def associate(
     if config.tell_points:
         links = [link for link in (_told(link, placed, predicted, chains, poses, config) for link in links) if link]
     linked = {link.wall for link in links}
-    return Association(tuple(links), tuple(k for k in range(len(walls)) if k not in linked), placed)
+    unlinked = tuple(k for k in range(len(walls)) if k not in linked)
+    return Association(tuple(links), unlinked, placed, pose=predicted)
 
 
 def _best(k: int, wall: Segment, chains: Chains, config: AssociationConfig) -> Link | None:
