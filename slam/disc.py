@@ -1,4 +1,4 @@
-"""The disc of cells around a station, each by its bearing and its distance: what a turning sonar paints on.
+"""The cells around a station, each by its bearing and its distance: what a turning sonar paints on.
 
 Free space is a profile: so far in each direction. One look-up per cell turns it into cells, however many beams there
 were. Must not know: what is painted, and with which weight.
@@ -18,14 +18,12 @@ BINS = 720
 """Directions of a profile: half a degree each, the first just after −π."""
 
 _STEP = 2.0 * PI / BINS
-_PHASES = 2
-"""A station is taken to stand on the nearest half of a cell."""
 
 
 @dataclass(frozen=True)
 class Disc:
     """Cells (h, w), row = y, from column `left` and row `bottom` of the grid on; `bins` their directions from the
-    station, `ranges` their distances in metres."""
+    station's cell, `ranges` their distances in metres."""
 
     left: int
     bottom: int
@@ -37,25 +35,30 @@ class Disc:
         return np.asarray(self.ranges < profile[self.bins])
 
 
-def disc_around(x: float, y: float, reach_m: float, cell_m: float) -> Disc:
-    """The cells within `reach_m` of (x, y) and a little more, as a square."""
-    radius = int(reach_m / cell_m) + 2
-    radius += -radius % 16
-    halves = [int(value / cell_m * _PHASES // 1.0) for value in (x, y)]
-    bins, ranges = _table(radius, halves[0] % _PHASES, halves[1] % _PHASES)
-    return Disc(halves[0] // _PHASES - radius, halves[1] // _PHASES - radius, bins, ranges * cell_m)
+def disc_around(x: float, y: float, points: Floats, cell_m: float) -> Disc:
+    """The cells around (x, y), as a rectangle that holds the points (n, 2) and two cells more."""
+    column, row = int(x // cell_m), int(y // cell_m)
+    low = np.floor(points.min(axis=0) / cell_m).astype(np.int64) - 2
+    high = np.floor(points.max(axis=0) / cell_m).astype(np.int64) + 3
+    left, bottom = min(int(low[0]), column - 8), min(int(low[1]), row - 8)
+    right, top = max(int(high[0]), column + 9), max(int(high[1]), row + 9)
+    radius = max(column - left, row - bottom, right - column, top - row)
+    radius += -radius % 128
+    bins, ranges = _table(radius, cell_m)
+    inside = (
+        slice(bottom - row + radius, top - row + radius),
+        slice(left - column + radius, right - column + radius),
+    )
+    return Disc(left, bottom, bins[inside], ranges[inside])
 
 
 @cache
-def _table(radius: int, phase_x: int, phase_y: int) -> tuple[Ints, Floats]:
-    """Direction and distance (in cells) of the cells around a station that stands so far within the middle one."""
+def _table(radius: int, cell_m: float) -> tuple[Ints, Floats]:
+    """Direction and distance in m of the cells around a station, which is taken to stand in the middle of its own."""
     step = np.arange(-radius, radius + 1).astype(np.float64)
-    dx = step + (0.5 - (phase_x + 0.5) / _PHASES)
-    dy = step + (0.5 - (phase_y + 0.5) / _PHASES)
-    x, y = np.tile(dx, len(dy)), np.repeat(dy, len(dx))
-    bins = bins_of(dmath.atan2(y, x))
-    shape = (len(dy), len(dx))
-    return bins.reshape(shape), dmath.hypot(x, y).reshape(shape)
+    x, y = np.tile(step, len(step)), np.repeat(step, len(step))
+    shape = (len(step), len(step))
+    return bins_of(dmath.atan2(y, x)).reshape(shape), (np.sqrt(x * x + y * y) * cell_m).reshape(shape)
 
 
 def bins_of(angle: Floats) -> Ints:
@@ -72,19 +75,19 @@ RAYS: tuple[Floats, Floats] = dmath.sincos(angles_of(np.arange(BINS)))
 """Sine and cosine of the middle of each bin."""
 
 
-def bins_between(first: float, last: float) -> Ints:
-    """All bins whose middle lies on the shorter way from one angle to the other; at least the middle one's."""
-    turn = last - first
-    turn -= 2.0 * PI * float(np.rint(turn / (2.0 * PI)))
-    low = first if turn >= 0.0 else first + turn
-    begin = int(np.ceil((low + PI) / _STEP - 0.5))
-    end = int(np.floor((low + abs(turn) + PI) / _STEP - 0.5))
-    if end < begin:
-        return bins_of(np.array([low + 0.5 * abs(turn)]))
-    return np.arange(begin, end + 1) % BINS
-
-
 def bins_about(angles: Floats, half: float) -> Ints:
     """For each of the angles (n,) the bins (n, m) not farther from it than half an angle."""
     count = int(half / _STEP)
     return np.asarray((bins_of(angles)[:, None] + np.arange(-count, count + 1)) % BINS)
+
+
+def depths(ends: Floats, x: float, y: float) -> Floats:
+    """How far it is from (x, y) in each direction to each of n segments (n, 4): (n, BINS) m, 0 where not in the way."""
+    x0, y0 = ends[:, :1] - x, ends[:, 1:2] - y
+    dx, dy = ends[:, 2:3] - ends[:, :1], ends[:, 3:] - ends[:, 1:2]
+    sine, cosine = RAYS
+    across = cosine * dy - sine * dx
+    apart = np.abs(across) > 1e-9
+    safe = np.where(apart, across, 1.0)
+    part, depth = (x0 * sine - y0 * cosine) / safe, (x0 * dy - y0 * dx) / safe
+    return np.where(apart & (part >= 0.0) & (part <= 1.0), np.maximum(depth, 0.0), 0.0)

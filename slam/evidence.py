@@ -53,27 +53,36 @@ class Evidence:
                     if place not in own:
                         own.add(place)
                         tiles[place] = tiles[place].copy() if place in tiles else np.zeros((TILE, TILE), np.int32)
-                    tiles[place][inside] += sign * window.astype(np.int32)
+                    if sign > 0:
+                        tiles[place][inside] += window
+                    else:
+                        tiles[place][inside] -= window
         for place, tile in tiles.items():
             if place in own:
                 tile.setflags(write=False)
         return Evidence(tiles)
 
-    def shown(self, before: "Evidence", grid: Grid) -> tuple[Grid, Patch]:
-        """The grid that showed the evidence `before`, showing this; and what changed in it."""
-        tiles, changes = dict(grid.tiles), dict[tuple[int, int], Cells]()
+    def shown(self, before: "Evidence", grid: Grid) -> Grid:
+        """The grid that showed the evidence `before`, showing this."""
+        tiles = dict(grid.tiles)
         for place, sums in self.tiles.items():
-            if before.tiles.get(place) is sums:
-                continue
-            tile = np.clip(sums, -LIMIT, LIMIT).astype(np.int16)
-            was = tiles.get(place)
+            if before.tiles.get(place) is not sums:
+                tile = np.clip(sums, -LIMIT, LIMIT).astype(np.int16)
+                tile.setflags(write=False)
+                tiles[place] = tile
+        return Grid(grid.cell_m, grid.occupied_from, grid.free_from, tiles)
+
+
+def patch_between(before: Grid, after: Grid) -> Patch:
+    """What changed from one grid to the other."""
+    changes = dict[tuple[int, int], Cells]()
+    for place, tile in after.tiles.items():
+        was = before.tiles.get(place)
+        if was is not tile:
             change = tile if was is None else tile - was
             if change.any():
-                tile.setflags(write=False)
-                tiles[place], changes[place] = tile, change
-        if not changes:
-            return grid, Patch(0, 0, np.zeros((1, 1), dtype=np.int16))
-        return Grid(grid.cell_m, grid.occupied_from, grid.free_from, tiles), _joined(changes)
+                changes[place] = change
+    return _joined(changes) if changes else Patch(0, 0, np.zeros((1, 1), dtype=np.int16))
 
 
 def _split(layer: Layer) -> Iterator[tuple[tuple[int, int], tuple[slice, slice], NDArray[np.int8]]]:

@@ -59,7 +59,10 @@ class Grid:
     def window(self, left: int, bottom: int, width: int, height: int) -> Cells:
         """The cells of a rectangle, (height, width)."""
         result = np.zeros((height, width), dtype=np.int16)
-        for (ti, tj), tile in self.tiles.items():
+        places = ((ti, tj) for tj in range(bottom // TILE, (bottom + height - 1) // TILE + 1)
+                  for ti in range(left // TILE, (left + width - 1) // TILE + 1) if (ti, tj) in self.tiles)  # fmt: skip
+        for ti, tj in places:
+            tile = self.tiles[ti, tj]
             x0, y0 = max(ti * TILE, left), max(tj * TILE, bottom)
             x1, y1 = min((ti + 1) * TILE, left + width), min((tj + 1) * TILE, bottom + height)
             if x0 < x1 and y0 < y1:

@@ -10,33 +10,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
-from slam.association import POINT, Member
 from slam.dmath import DEGREE, Floats
-from slam.geometry import Bools, Pose, wrap
-from slam.paint import Point
+from slam.geometry import Bools
+from slam.pieces import Pieces
+from slam.sweep import Ints
+
+STEEP = 0.34
+"""Sine of 20°: sound that comes along a wall says nothing."""
 
 
 @dataclass(frozen=True)
-class Gap:
-    """A gap from `start` to `end` that a wall may fill, seen from the stations `here` and `there` of two sweeps.
+class Gaps:
+    """g gaps that a wall may fill: `ends` (g, 4) and, of each end, the station (g, 4) of the sweep that saw it.
 
-    `sweep` is the older of the two.
+    `sweep` (g,) is the older of the two.
     """
 
-    start: Point
-    end: Point
-    here: Point
-    there: Point
-    sweep: int
+    ends: Floats
+    stations: Floats
+    sweep: Ints
+
+    def at(self, rows: Bools | list[int]) -> "Gaps":
+        """Some of them."""
+        return Gaps(self.ends[rows], self.stations[rows], self.sweep[rows])
 
 
 @dataclass(frozen=True)
-class Spot:
-    """Something that is no wall, or not known to be one: it was heard by a sweep, in the direction `bearing`."""
+class Spots:
+    """s things that are no walls, or not known to be: at `point` (s, 2), heard towards `normal` (s, 2) by `sweep`."""
 
-    point: Point
-    bearing: float
-    sweep: int
+    point: Floats
+    normal: Floats
+    sweep: Ints
 
 
 @dataclass(frozen=True)
@@ -48,80 +53,88 @@ class EndConfig:
     aside_deg: float = 20.0
 
 
-def chain_gaps(newest: Member, chain: list[Member], poses: tuple[Pose, ...], longest: float) -> list[Gap]:
-    """The gaps between a member of a chain and its older neighbours on either side."""
-    older = [member for member in chain if member.sweep < newest.sweep and member.nature != POINT]
-    if not older or newest.nature == POINT:
-        return []
-    sine, cosine = dmath.sincos(newest.segment.alpha)
-    ends = np.array([[member.segment.start, member.segment.end] for member in (newest, *older)])
-    places = cosine * ends[:, :, 1] - sine * ends[:, :, 0]
-    low, high = places.min(axis=1), places.max(axis=1)
-    found = []
-    for room in (low[0] - high[1:], low[1:] - high[0]):
-        gap = np.where(room > 0.0, room, np.inf)
-        nearest = int(np.argmin(gap))
-        if gap[nearest] <= longest:
-            found.append(_between(newest, older[nearest], poses))
-    return found
+def extents(of: Pieces, along: Pieces) -> tuple[Floats, Floats]:
+    """From where to where pieces (b,) reach along the lines of others (a,), each (a, b) m."""
+    cosine, sine = along.normal[:, :1], along.normal[:, 1:]
+    one, other = (cosine * of.ends[:, k + 1] - sine * of.ends[:, k] for k in (0, 2))
+    return np.minimum(one, other), np.maximum(one, other)
 
 
-def _between(newest: Member, older: Member, poses: tuple[Pose, ...]) -> Gap:
-    here, there = poses[newest.sweep], poses[older.sweep]
-    pairs = [
-        (a, b) for a in (newest.segment.start, newest.segment.end) for b in (older.segment.start, older.segment.end)
-    ]
-    start, end = min(pairs, key=lambda pair: dmath.hypot(pair[0][0] - pair[1][0], pair[0][1] - pair[1][1]))
-    return Gap(start, end, (here.x, here.y), (there.x, there.y), older.sweep)
+def chain_gaps(own: Pieces, older: Pieces, places: Floats, longest: float) -> Gaps:
+    """The gaps between a sweep's walls and, of their chains, the nearest of older sweeps on either side.
+
+    `places` (n, 3) are all sweeps' poses.
+    """
+    low, high = extents(older, own)
+    at = np.arange(len(own.chain))
+    own_low, own_high = (each[at, at][:, None] for each in extents(own, own))
+    same = own.chain[:, None] == older.chain
+    pairs = []
+    for room in (own_low - high, low - own_high):
+        gap = np.where(same & (room > 0.0) & (room <= longest), room, np.inf)
+        if gap.size:
+            nearest = gap.argmin(axis=1)
+            pairs += [(k, int(nearest[k])) for k in np.flatnonzero(np.isfinite(gap[at, nearest])).tolist()]
+    rows = [_between(own.ends[a].tolist(), older.ends[b].tolist()) for a, b in pairs]
+    a, b = (np.array([pair[side] for pair in pairs], dtype=np.int64) for side in (0, 1))
+    return _gaps(np.array(rows).reshape(-1, 4), own.sweep[a], older.sweep[b], places)
 
 
-def end_gaps(
-    walls: list[Member], spots: list[Spot], newest: int, poses: tuple[Pose, ...], config: EndConfig
-) -> list[Gap]:
+def _between(one: list[float], other: list[float]) -> tuple[float, float, float, float]:
+    """The two ends nearest to each other."""
+    pairs = [(one[i], one[i + 1], other[j], other[j + 1]) for i in (0, 2) for j in (0, 2)]
+    return min(pairs, key=lambda p: (p[0] - p[2]) * (p[0] - p[2]) + (p[1] - p[3]) * (p[1] - p[3]))
+
+
+def _gaps(ends: Floats, one: Ints, other: Ints, places: Floats) -> Gaps:
+    return Gaps(ends, np.concatenate([places[one, :2], places[other, :2]], axis=1), np.minimum(one, other))
+
+
+def end_gaps(walls: Pieces, spots: Spots, newest: int, places: Floats, config: EndConfig) -> Gaps:
     """The gaps from walls' ends to the nearest spot in line, if no other piece of the chain lies between.
 
     Only those of which one side was seen by sweep `newest`.
     """
-    if not walls or not spots:
-        return []
-    alpha = np.array([wall.segment.alpha for wall in walls])[:, None]
-    rho = np.array([wall.segment.rho for wall in walls])[:, None]
-    sine, cosine = dmath.sincos(alpha)
-    x, y = np.array([spot.point[0] for spot in spots]), np.array([spot.point[1] for spot in spots])
-    aside = np.abs(wrap(np.array([spot.bearing for spot in spots]) - alpha)) >= config.aside_deg * DEGREE
-    in_line = aside & (np.abs(cosine * x + sine * y - rho) <= config.beside_m)
-    place = cosine * y - sine * x
-    low, high, room = _rooms(walls, sine, cosine)
-    found = []
-    for side, beyond in ((0, low[:, None] - place), (1, place - high[:, None])):
-        fits = in_line & (beyond > 0.0) & (beyond <= np.minimum(room[side], config.longest_m)[:, None])
-        nearest = np.argmin(np.where(fits, beyond, np.inf), axis=1)
-        for k in np.flatnonzero(fits.any(axis=1)).tolist():
-            wall, spot = walls[k], spots[int(nearest[k])]
-            if newest in (wall.sweep, spot.sweep):
-                found.append(_to_spot(wall, side, spot, poses))
-    return found
+    mine = spots.sweep == newest
+    # An older wall matters only if one of this sweep's spots may be its end.
+    near = (walls.sweep == newest) | _in_line(walls, spots, config)[:, mine].any(axis=1)
+    found, rows = _in_line(walls.at(np.flatnonzero(near)), spots, config), np.flatnonzero(near)
+    some = walls.at(rows)
+    place = some.normal[:, :1] * spots.point[:, 1] - some.normal[:, 1:] * spots.point[:, 0]
+    low, high, room = _rooms(some, walls, rows)
+    sides = []
+    for k, beyond in ((0, low - place), (1, place - high)):
+        gap = np.where(found & (beyond > 0.0) & (beyond <= np.minimum(room[k], config.longest_m)), beyond, np.inf)
+        nearest = gap.argmin(axis=1) if gap.size else np.zeros(len(rows), dtype=np.int64)
+        good = np.isfinite(gap.min(axis=1, initial=np.inf))
+        good[good] &= (some.sweep[good] == newest) | mine[nearest[good]]
+        sides.append((np.flatnonzero(good), nearest[good], np.full(int(np.count_nonzero(good)), k)))
+    wall, spot, side = (np.concatenate([each[k] for each in sides]) for k in range(3))
+    ends = some.ends[wall]
+    places_of = [some.normal[wall, 0] * ends[:, k + 1] - some.normal[wall, 1] * ends[:, k] for k in (0, 2)]
+    first = (places_of[0] <= places_of[1]) == (side == 0)
+    start = np.where(first[:, None], ends[:, :2], ends[:, 2:])
+    return _gaps(np.concatenate([start, spots.point[spot]], axis=1), some.sweep[wall], spots.sweep[spot], places)
 
 
-def _rooms(walls: list[Member], sine: Floats, cosine: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
-    """Each wall's extent (w,) along itself, and how far it is on either side to the next piece of its chain."""
-    ends = np.array([[wall.segment.start, wall.segment.end] for wall in walls])
-    chain = np.array([wall.chain for wall in walls])
-    places = [cosine * ends[None, :, e, 1] - sine * ends[None, :, e, 0] for e in (0, 1)]
-    starts, stops = np.minimum(*places), np.maximum(*places)  # of wall b along wall a, at [a, b]
-    own = np.arange(len(walls))
-    low, high = starts[own, own], stops[own, own]
-    others: Bools = (chain[:, None] == chain[None, :]) & (own[:, None] != own[None, :])
-    below = np.where(others & (starts < low[:, None]), low[:, None] - stops, np.inf).min(axis=1)
-    above = np.where(others & (stops > high[:, None]), starts - high[:, None], np.inf).min(axis=1)
-    return low, high, (below, above)
+def _in_line(walls: Pieces, spots: Spots, config: EndConfig) -> Bools:
+    """Which spots (s,) lie near the line of each wall (w,) and were heard from aside: (w, s)."""
+    nx, ny = walls.normal[:, :1], walls.normal[:, 1:]
+    beside = np.abs(nx * spots.point[:, 0] + ny * spots.point[:, 1] - walls.line[:, 1:]) <= config.beside_m
+    aside = nx * spots.normal[:, 0] + ny * spots.normal[:, 1] <= dmath.sincos(config.aside_deg * DEGREE)[1]
+    return np.asarray(beside & aside)
 
 
-def _to_spot(wall: Member, side: int, spot: Spot, poses: tuple[Pose, ...]) -> Gap:
-    sine, cosine = dmath.sincos(wall.segment.alpha)
-    ends = sorted((wall.segment.start, wall.segment.end), key=lambda p: cosine * p[1] - sine * p[0])
-    here, there = poses[wall.sweep], poses[spot.sweep]
-    return Gap(ends[side], spot.point, (here.x, here.y), (there.x, there.y), min(wall.sweep, spot.sweep))
+def _rooms(some: Pieces, walls: Pieces, rows: Ints) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+    """Extent of some of the walls along themselves, and how far it is on either side to the next piece of its chain."""
+    starts, stops = extents(walls, some)
+    at = np.arange(len(rows))
+    low, high = starts[at, rows][:, None], stops[at, rows][:, None]
+    others = some.chain[:, None] == walls.chain
+    others[at, rows] = False
+    below = np.where(others & (starts < low), low - stops, np.inf).min(axis=1, initial=np.inf)
+    above = np.where(others & (stops > high), starts - high, np.inf).min(axis=1, initial=np.inf)
+    return low, high, (below[:, None], above[:, None])
 
 
 def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
@@ -129,14 +142,12 @@ def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
 
     Not near their ends, and not near its own.
     """
-    if len(gaps) == 0 or len(paths) == 0:
-        return np.zeros(len(gaps), dtype=bool)
     gx, gy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
     px, py = paths[:, 2] - paths[:, 0], paths[:, 3] - paths[:, 1]
     x, y = paths[:, 0] - gaps[:, :1], paths[:, 1] - gaps[:, 1:2]
     across = gx * py - gy * px
-    length, way = np.maximum(dmath.hypot(gx, gy), 1e-9), np.maximum(dmath.hypot(px, py), 1e-9)
-    steep = np.abs(across) > 0.34 * length * way  # sound that comes along the wall says nothing
+    length, way = (np.maximum(np.sqrt(a * a + b * b), 1e-9) for a, b in ((gx, gy), (px, py)))
+    steep = np.abs(across) > STEEP * length * way
     safe = np.where(steep, across, 1.0)
     place, part = (x * py - y * px) / safe * length, (x * gy - y * gx) / safe * way
     inside = (place > margin_m) & (place < length - margin_m) & (part > 0.0) & (part < way - margin_m)

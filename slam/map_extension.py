@@ -7,45 +7,45 @@ well before them; readings without an echo say nothing, for most specular walls 
 since, or whose walls are known better now, are drawn anew.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from operator import is_
 
 import numpy as np
 
 from slam import dmath
-from slam.association import OPEN, Chains, Member
+from slam.association import POINT, Chains, Member
 from slam.cones import render_cones
 from slam.dmath import DEGREE, Floats
-from slam.evidence import NOTHING, Evidence, Layer
+from slam.evidence import NOTHING, Evidence, Layer, patch_between
 from slam.features import Features
-from slam.geometry import Pose, wrap
+from slam.geometry import Bools, Pose, wrap
 from slam.grid import Grid, Patch
-from slam.links import Gap, Spot, chain_gaps, end_gaps, heard_through
+from slam.links import Gaps, Spots, chain_gaps, end_gaps, heard_through
+from slam.pieces import Pieces, places_of
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
 from slam.self_calibration import Calibrated
-from slam.shapes import Shape, shapes_of
+from slam.shapes import shapes_of
 from slam.sight import Sight, sight_of
 from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
 class Painted:
-    """A sweep on the map: what it saw, and the pose and the walls that it was drawn with.
+    """A sweep on the map: what it saw, and what it was drawn as.
 
-    `shapes` are what it was drawn as; (n, 4) by their ends: `strokes` the walls among them, `paths` the ways of sound
-    to these, `gaps` those that it filled. `partners` are the older sweeps whose walls it met, `layer` the evidence.
+    `walls` (w,) are the pieces drawn as walls, as `strokes` (w, 4), `paths` (w, 4) the ways of sound to these, `spots`
+    (s, 4) what may be the end of a wall: x, y and the direction (cos, sin) that it was heard in; `gaps` (g, 4) those
+    that it filled, `partners` (g,) the older sweeps whose walls it met. `layer` is the evidence.
     """
 
     sight: Sight
-    pose: Pose
-    members: tuple[Member, ...]
-    shapes: tuple[Shape, ...]
+    walls: Ints
     strokes: Floats
     paths: Floats
+    spots: Floats
     gaps: Floats
-    partners: tuple[int, ...]
+    partners: Ints
     layer: Layer
 
 
@@ -53,8 +53,9 @@ class Painted:
 class Map:
     """The occupancy grid, and what it takes to draw parts of it again.
 
-    `poses`, `members` and the natures `told` of chains are those that it was last held against: what is the same object
-    still has not changed.
+    `poses` and `members` are those that it was last held against, `places` (n, 3) and `pieces` the same as arrays: what
+    is the same object still has not changed. `stood` (n, 3) and `drawn` (m, 5: ends, nature) are those that each sweep
+    was drawn with.
     """
 
     grid: Grid
@@ -62,7 +63,10 @@ class Map:
     painted: tuple[Painted, ...] = ()
     poses: tuple[Pose, ...] = ()
     members: tuple[Member, ...] = ()
-    told: Mapping[int, int] = field(default_factory=dict)
+    places: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    pieces: Pieces = field(default_factory=Pieces.none)
+    stood: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    drawn: Floats = field(default_factory=lambda: np.zeros((0, 5)))
 
 
 def extend_map(
@@ -80,177 +84,151 @@ def extend_map(
     sweeps and, of one sweep, in the order of its features. A sweep is drawn anew if its pose, or an end of one of its
     walls, lies over `repaint_m` (or `repaint_deg`) from where it was drawn, or if the nature of a wall has changed.
     """
-    known = _Known(chains, poses)
-    sight = sight_of(calibrated, reliability, features, every_beam=config.plain_cone)
-    drawing = _Drawing(before, (*(old.sight for old in before.painted), sight), known, config)
     newest = len(poses) - 1
-    drawing.draw([*_to_repaint(before, known, config), newest])
-    drawing.draw(_heard_through(drawing.painted, newest, known.poses, config))
-    grid, patch = drawing.evidence.shown(before.evidence, before.grid)
-    painted = tuple(each for each in drawing.painted if each)
-    return Map(grid, drawing.evidence, painted, poses, chains.members, known.told), patch
+    drawing = _Drawing(before, poses, chains.members, config)
+    again = drawing.outdated()
+    drawing.draw(again)
+    drawing.add(sight_of(calibrated, reliability, features, every_beam=config.plain_cone), newest)
+    drawing.draw(drawing.heard_through(newest))
+    return drawing.map(), patch_between(before.grid, drawing.grid)
 
 
 class _Drawing:
-    """A map on which sweeps are drawn: what is painted so far, and the grid that shows it."""
+    """A map on which sweeps are drawn: all poses and walls as known now, and what is painted so far."""
 
-    def __init__(self, before: Map, sights: tuple[Sight, ...], known: "_Known", config: MapConfig) -> None:
-        self.painted: list[Painted | None] = [*before.painted, None]
-        self.evidence, self._grid = before.evidence, before.grid
-        self._sights, self._known, self._config = sights, known, config
+    def __init__(self, before: Map, poses: tuple[Pose, ...], members: tuple[Member, ...], config: MapConfig) -> None:
+        self.grid = before.grid
+        self._evidence, self._config = before.evidence, config
+        self._poses, self._members = poses, members
+        self._places = places_of(before.places, before.poses, poses)
+        self._pieces = before.pieces.renewed(before.members, members)
+        self._painted: list[Painted] = list(before.painted)
+        self._stood, self._drawn = before.stood.copy(), np.full((len(members), 5), np.inf)
+        self._drawn[: len(before.drawn)] = before.drawn[: len(members)]
+        self._shown = np.ones(len(before.painted), dtype=bool)
 
-    def draw(self, sweeps: list[int]) -> None:
+    def map(self) -> Map:
+        """The map as it is now."""
+        return Map(self.grid, self._evidence, tuple(self._painted), self._poses, self._members,
+                   self._places, self._pieces, self._stood, self._drawn)  # fmt: skip
+
+    def outdated(self) -> list[int]:
+        """The sweeps that were drawn with what is no longer true, and those linked with them, in order."""
+        n, config = len(self._stood), self._config
+        off = self._places[:n] - self._stood
+        moved = np.sqrt(off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1]) > config.repaint_m
+        moved |= np.abs(wrap(off[:, 2])) > config.repaint_deg * DEGREE
+        old = self._pieces.sweep < n
+        ends = self._pieces.ends - self._drawn[:, :4]
+        far = np.maximum(*(ends[:, k] * ends[:, k] + ends[:, k + 1] * ends[:, k + 1] for k in (0, 2)))
+        changed = (far > config.repaint_m * config.repaint_m) | (self._pieces.nature != self._drawn[:, 4])
+        moved[self._pieces.sweep[old & changed]] = True
+        linked = [
+            k
+            for k in self._near(np.flatnonzero(moved)).tolist()
+            if not moved[k] and bool(moved[self._painted[k].partners].any())
+        ]
+        moved[linked] = True
+        return [int(k) for k in np.flatnonzero(moved)]
+
+    def add(self, sight: Sight, number: int) -> None:
+        """Draw a new sweep, the last one."""
+        none, rows = np.zeros(0, dtype=np.int64), np.zeros((0, 4))
+        self._painted.append(Painted(sight, none, rows, rows, rows, rows, none, NOTHING))
+        self._shown = np.append(self._shown, False)
+        self._stood = np.concatenate([self._stood, self._places[number : number + 1]])
+        self.draw([number])
+
+    def draw(self, sweeps: Sequence[int]) -> None:
         """Take these sweeps off the map and draw them, one after the other, each as if it came only now."""
-        self._change([old.layer for k in sweeps if (old := self.painted[k])], [])
+        gone = [self._painted[k].layer for k in sweeps if len(self._painted[k].layer.delta)]
+        self._change(gone, [])
+        self._shown[sweeps] = False
         for k in sweeps:
-            self.painted[k] = None
-        for k in sweeps:
-            drawn = _paint(self._sights[k], k, self._known, self.painted, self._grid, self._config)
-            self.painted[k] = drawn
+            drawn = self._paint(k)
+            self._painted[k] = drawn
+            self._shown[k] = True
+            self._stood[k] = self._places[k]
+            own = self._pieces.of_sweep(k)
+            self._drawn[own, :4], self._drawn[own, 4] = self._pieces.ends[own], self._pieces.nature[own]
             self._change([], [drawn.layer])
 
+    def heard_through(self, newest: int) -> list[int]:
+        """The sweeps that filled a gap through which the newest one heard a wall."""
+        near = [k for k in self._near(np.array([newest])).tolist() if k != newest]
+        rows = [self._painted[k].gaps for k in near]
+        if not near:
+            return []
+        number = np.repeat(np.array(near), [len(each) for each in rows])
+        heard = heard_through(np.concatenate(rows), self._painted[newest].paths)
+        return [int(k) for k in np.unique(number[heard])]
+
     def _change(self, gone: list[Layer], new: list[Layer]) -> None:
-        changed = self.evidence.changed(gone, new)
-        self._grid, _ = changed.shown(self.evidence, self._grid)
-        self.evidence = changed
+        if gone or new:
+            changed = self._evidence.changed(gone, new)
+            self.grid = changed.shown(self._evidence, self.grid)
+            self._evidence = changed
+
+    def _near(self, sweeps: Ints) -> Ints:
+        """The sweeps on the map that may have seen the same things as one of these."""
+        there, around = self._places[: len(self._shown)], self._config.around_m
+        near: Bools = np.zeros(len(there), dtype=bool)
+        for x, y, _ in self._places[sweeps].tolist():
+            near |= (np.abs(there[:, 0] - x) < around) & (np.abs(there[:, 1] - y) < around)
+        return np.flatnonzero(near & self._shown)
+
+    def _paint(self, k: int) -> Painted:
+        """Sweep number `k`, drawn as everything is known now, among those that are painted already."""
+        config, pose, bare = self._config, self._poses[k], self._painted[k]
+        sight = bare.sight
+        if len(sight.beams) == 0 and len(sight.bearing) == 0:
+            return bare  # a sweep without any echo says nothing, not even where the robot stood
+        if config.plain_cone:
+            return replace(bare, layer=render_cones(sight, pose, config.cell_m))
+        own = self._pieces.at(self._pieces.of_sweep(k))
+        near = self._near(np.array([k]))
+        others = [self._painted[j] for j in near.tolist()]
+        around = np.concatenate([np.zeros((0, 4)), *(old.strokes for old in others)])
+        shapes = shapes_of(sight, pose, own, around, config.shapes)
+        wall = shapes.wall >= 0
+        first = self._pieces.of_sweep(k).start
+        stations = np.repeat(np.array([[pose.x, pose.y]]), len(wall), axis=0)
+        sine, cosine = dmath.sincos(shapes.bearing)
+        drawn = replace(
+            bare,
+            walls=first + shapes.wall[wall],
+            strokes=shapes.ends[wall],
+            paths=np.concatenate([stations, shapes.foot], axis=1)[wall],
+            spots=np.concatenate([shapes.foot, cosine[:, None], sine[:, None]], axis=1)[~shapes.told],
+        )
+        paths = np.concatenate([drawn.paths, *(old.paths for old in others)])
+        links, ends = (_unheard(gaps, paths) for gaps in self._gaps(k, own, drawn, near[near < k]))
+        return replace(
+            drawn,
+            gaps=np.concatenate([links.ends, ends.ends]),
+            partners=np.concatenate([links.sweep, ends.sweep]),
+            layer=render(sight, pose, own, shapes, links, ends, self.grid, config),
+        )
+
+    def _gaps(self, k: int, own: Pieces, drawn: Painted, older: Ints) -> tuple[Gaps, Gaps]:
+        """Gaps in chains, and between walls and the corners that they end in."""
+        config, pieces = self._config, self._pieces
+        before = pieces.at(pieces.of_sweeps(older))
+        links = chain_gaps(
+            own.at(np.flatnonzero(own.nature != POINT)),
+            before.at(np.flatnonzero(before.nature != POINT)),
+            self._places,
+            config.link_gap_m,
+        )
+        seen = [*((j, self._painted[j]) for j in older.tolist()), (k, drawn)]
+        rows = np.concatenate([each.spots for _, each in seen])
+        numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
+        walls = pieces.at(np.concatenate([each.walls for _, each in seen]))
+        spots = Spots(rows[:, :2], rows[:, 2:], numbers)
+        ends = end_gaps(walls, spots, k, self._places, config.ends)
+        return links, ends if config.end else ends.at([])
 
 
-class _Known:
-    """All poses and walls as known now, the walls by sweep and by chain.
-
-    What one member of a chain tells of its nature holds for all: a point never joins a chain of walls.
-    """
-
-    def __init__(self, chains: Chains, poses: tuple[Pose, ...]) -> None:
-        self.poses, self.members = poses, chains.members
-        sweeps: Ints = np.array([member.sweep for member in chains.members], dtype=np.int64)
-        self._borders = [0, *np.cumsum(np.bincount(sweeps, minlength=len(poses))).tolist()]
-        self._chains: dict[int, list[Member]] = {}
-        self.told = {member.chain: member.nature for member in chains.members if member.nature != OPEN}
-
-    def of_sweep(self, k: int) -> tuple[Member, ...]:
-        """The sweep's walls."""
-        return tuple(self._told(member) for member in self.members[self._borders[k] : self._borders[k + 1]])
-
-    def of_chain(self, chain: int) -> list[Member]:
-        """The chain's members."""
-        if not self._chains:
-            for member in self.members:
-                self._chains.setdefault(member.chain, []).append(self._told(member))
-        return self._chains[chain]
-
-    def _told(self, member: Member) -> Member:
-        if member.nature != OPEN or member.chain not in self.told:
-            return member
-        return replace(member, nature=self.told[member.chain])
-
-
-def _to_repaint(before: Map, known: _Known, config: MapConfig) -> list[int]:
-    """The sweeps that were drawn with what is no longer true, and those linked with them, in order."""
-    changed = {k for k, same in enumerate(map(is_, before.poses, known.poses)) if not same}
-    for same, old, new in zip(map(is_, before.members, known.members), before.members, known.members, strict=False):
-        if not same:
-            changed |= {old.sweep, new.sweep}
-    changed |= {member.sweep for member in before.members[len(known.members) :]}
-    if before.told != known.told:
-        news = {chain for chain, nature in known.told.items() if before.told.get(chain) != nature}
-        changed |= {member.sweep for member in known.members if member.chain in news}
-    moved = {k for k, old in enumerate(before.painted) if k in changed and _moved(old, known, k, config)}
-    if not moved:
-        return []
-    return [k for k, old in enumerate(before.painted) if k in moved or any(p in moved for p in old.partners)]
-
-
-def _moved(old: Painted, known: _Known, k: int, config: MapConfig) -> bool:
-    """Whether a sweep lies visibly elsewhere now than where it was drawn, or is known to have seen other things."""
-    pose, members = known.poses[k], known.of_sweep(k)
-    shift = dmath.hypot(pose.x - old.pose.x, pose.y - old.pose.y)
-    if shift > config.repaint_m or abs(wrap(pose.theta - old.pose.theta)) > config.repaint_deg * DEGREE:
-        return True
-    return len(members) != len(old.members) or any(
-        new is not was and _differs(new, was, config) for new, was in zip(members, old.members, strict=True)
-    )
-
-
-def _differs(new: Member, old: Member, config: MapConfig) -> bool:
-    ends = ((new.segment.start, old.segment.start), (new.segment.end, old.segment.end))
-    far = any(dmath.hypot(a[0] - b[0], a[1] - b[1]) > config.repaint_m for a, b in ends)
-    return far or new.nature != old.nature
-
-
-def _paint(
-    sight: Sight, k: int, known: _Known, painted: Sequence[Painted | None], grid: Grid, config: MapConfig
-) -> Painted:
-    """Sweep number `k`, drawn as everything is known now, among those that are painted already."""
-    pose, members = known.poses[k], known.of_sweep(k)
-    bare = Painted(sight, pose, members, (), _rows([]), _rows([]), _rows([]), (), NOTHING)
-    if len(sight.beams) == 0 and not sight.things:
-        return bare  # a sweep without any echo says nothing, not even where the robot stood
-    if config.plain_cone:
-        return replace(bare, layer=render_cones(sight, pose, config.cell_m))
-    near = [(j, old) for j, old in enumerate(painted) if old and _near(known.poses[j], pose, config)]
-    around = np.concatenate([bare.strokes, *(old.strokes for _, old in near)])
-    shapes = shapes_of(sight, pose, members, around, config.shapes)
-    links = [
-        gap
-        for member in members
-        for gap in chain_gaps(member, known.of_chain(member.chain), known.poses, config.link_gap_m)
-    ]
-    older = [(j, old.shapes) for j, old in near if j < k]
-    walls = [wall for j, seen in (*older, (k, shapes)) for wall in _walls(seen, known.of_sweep(j))]
-    spots = [spot for j, seen in (*older, (k, shapes)) for spot in _spots(seen, j)]
-    ends = end_gaps(walls, spots, k, known.poses, config.ends) if config.end else []
-    paths = np.concatenate([_paths(shapes, pose), *(old.paths for _, old in near)])
-    links, ends = _unheard(links, paths), _unheard(ends, paths)
-    return replace(
-        bare,
-        shapes=shapes,
-        strokes=np.array([(*shape.start, *shape.end) for shape in shapes if shape.wall >= 0]).reshape(-1, 4),
-        paths=_paths(shapes, pose),
-        gaps=_rows([*links, *ends]),
-        partners=tuple(gap.sweep for gap in (*links, *ends)),
-        layer=render(sight, pose, members, shapes, links, ends, grid, config),
-    )
-
-
-def _heard_through(
-    painted: Sequence[Painted | None], newest: int, poses: tuple[Pose, ...], config: MapConfig
-) -> list[int]:
-    """The sweeps that filled a gap through which the newest one heard a wall."""
-    last = painted[newest]
-    return [
-        k
-        for k, old in enumerate(painted[:newest])
-        if old and last and len(old.gaps) and _near(poses[k], poses[newest], config)
-        if bool(heard_through(old.gaps, last.paths).any())
-    ]
-
-
-def _near(one: Pose, other: Pose, config: MapConfig) -> bool:
-    """Whether the same things may be seen from both stations."""
-    return abs(one.x - other.x) < config.around_m and abs(one.y - other.y) < config.around_m
-
-
-def _walls(shapes: tuple[Shape, ...], members: tuple[Member, ...]) -> list[Member]:
-    """The walls that a sweep is drawn with, as they lie now."""
-    return [members[shape.wall] for shape in shapes if 0 <= shape.wall < len(members)]
-
-
-def _spots(shapes: tuple[Shape, ...], sweep: int) -> list[Spot]:
-    """What of the shapes may be the end of a wall."""
-    return [Spot(shape.foot, shape.bearing, sweep) for shape in shapes if not shape.told]
-
-
-def _paths(shapes: tuple[Shape, ...], pose: Pose) -> Floats:
-    """The ways of sound (p, 4) from the station to the walls that answered."""
-    return np.array([(pose.x, pose.y, *shape.foot) for shape in shapes if shape.wall >= 0]).reshape(-1, 4)
-
-
-def _rows(gaps: Sequence[Gap]) -> Floats:
-    """Gaps (g, 4) by their ends."""
-    return np.array([(*gap.start, *gap.end) for gap in gaps]).reshape(-1, 4)
-
-
-def _unheard(gaps: list[Gap], paths: Floats) -> list[Gap]:
+def _unheard(gaps: Gaps, paths: Floats) -> Gaps:
     """The gaps through which nothing was heard: in the others there is no wall."""
-    return [gap for gap, heard in zip(gaps, heard_through(_rows(gaps), paths).tolist(), strict=True) if not heard]
+    return gaps.at(~heard_through(gaps.ends, paths))

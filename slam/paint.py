@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from slam import dmath
 from slam.dmath import Floats
 from slam.geometry import Bools
 from slam.grid import Cells
@@ -52,30 +51,31 @@ class Canvas:
         window = self.free[j0:j1, i0:i1]
         window[inside] = np.minimum(window[inside], -weight)
 
-    def mark(self, start: Point, end: Point, weight: int) -> None:
-        """Occupied evidence along a segment; the strongest weight of a cell counts."""
-        rows, columns = self.cells_along(start, end)
-        self.occupied[rows, columns] = np.maximum(self.occupied[rows, columns], weight)
+    def mark(self, ends: Floats, weights: Ints) -> None:
+        """Occupied evidence along segments (n, 4); the strongest weight of a cell counts."""
+        cells, number = self._along(ends, 0.25)
+        np.maximum.at(self.occupied.reshape(-1), cells, weights[number].astype(np.int16))
 
-    def hint(self, starts: tuple[Floats, Floats], ends: tuple[Floats, Floats], weight: int) -> None:
-        """A little occupied evidence along segments given by x and y (n,) of their ends; hints add up."""
-        (x0, y0), (x1, y1) = starts, ends
-        longest = float(dmath.hypot(x1 - x0, y1 - y0).max())
-        steps = int(longest / (0.5 * self.cell_m)) + 1
-        part = np.arange(steps + 1).astype(np.float64)[:, None] / float(steps)
-        rows, columns = self._cells(x0 + part * (x1 - x0), y0 + part * (y1 - y0))
-        number = np.arange(len(x0)) * (self.width * self.height)  # a segment counts once in a cell
-        cells = np.unique(number + rows * self.width + columns) % (self.width * self.height)
-        self.hints += (
-            (weight * np.bincount(cells, minlength=self.hints.size)).reshape(self.hints.shape).astype(np.int16)
-        )
+    def hint(self, ends: Floats, weight: int) -> None:
+        """A little occupied evidence along segments (n, 4); hints add up, each counting once in a cell."""
+        cells, number = self._along(ends, 0.5)
+        once = np.ones(len(cells), dtype=bool)
+        once[1:] = (cells[1:] != cells[:-1]) | (number[1:] != number[:-1])  # a line does not come back to a cell
+        np.add.at(self.hints.reshape(-1), cells[once], np.int16(weight))
 
-    def cells_along(self, start: Point, end: Point) -> tuple[Ints, Ints]:
-        """Rows and columns (k,) of the canvas's cells under a segment."""
-        length = dmath.hypot(end[0] - start[0], end[1] - start[1])
-        steps = int(length / (0.25 * self.cell_m)) + 1
-        part = np.arange(steps + 1).astype(np.float64) / float(steps)
-        return self._cells(start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]))
+    def cells_along(self, ends: Floats) -> Ints:
+        """The canvas's cells (k,) under segments (n, 4), row after row, some more than once."""
+        return self._along(ends, 0.25)[0]
+
+    def _along(self, ends: Floats, step: float) -> tuple[Ints, Ints]:
+        """The cells (k,) under segments (n, 4), looked at every so many cells, and the segments' numbers."""
+        dx, dy = ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]
+        steps = (np.sqrt(dx * dx + dy * dy) / (step * self.cell_m)).astype(np.int64) + 1
+        number = np.repeat(np.arange(len(ends)), steps + 1)
+        place = np.arange(len(number)) - np.repeat(np.cumsum(steps + 1) - (steps + 1), steps + 1)
+        part = place.astype(np.float64) / steps[number].astype(np.float64)
+        rows, columns = self._cells(ends[number, 0] + part * dx[number], ends[number, 1] + part * dy[number])
+        return rows * self.width + columns, number
 
     def _cells(self, x: Floats, y: Floats) -> tuple[Ints, Ints]:
         """Rows and columns of the cells that hold the points; of points outside, of the nearest cells."""

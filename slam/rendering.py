@@ -8,17 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam import dmath
-from slam.association import Member
-from slam.disc import BINS, RAYS, Disc, bins_about, bins_between, disc_around
+from slam.disc import BINS, Disc, bins_about, bins_of, depths, disc_around
 from slam.dmath import DEGREE, Floats
 from slam.evidence import Layer, cropped
 from slam.geometry import Bools, Pose
 from slam.grid import Cells, Grid
-from slam.links import EndConfig, Gap
+from slam.links import EndConfig, Gaps
 from slam.paint import Canvas, Point
-from slam.shapes import Shape, ShapeConfig
+from slam.pieces import Pieces
+from slam.shapes import ShapeConfig, Shapes
 from slam.sight import Sight
-from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
@@ -58,70 +57,64 @@ class MapConfig:
 
 
 def render(
-    sight: Sight,
-    pose: Pose,
-    members: tuple[Member, ...],
-    shapes: tuple[Shape, ...],
-    links: list[Gap],
-    ends: list[Gap],
-    grid: Grid,
-    config: MapConfig,
+    sight: Sight, pose: Pose, own: Pieces, shapes: Shapes, links: Gaps, ends: Gaps, grid: Grid, config: MapConfig
 ) -> Layer:
     """The sweep's evidence: its shapes, its single beams, and the gaps that it helps to close.
 
-    `members` are its walls in the map frame; what the grid shows of walls stops fans, and so do
+    `own` are its walls in the map frame; what the grid shows of walls stops fans, and so do
     the sweep's own.
     """
-    here = (pose.x, pose.y)
-    beams = _unblocked(sight, pose, members, config)
-    disc = disc_around(*here, _reach(here, shapes, beams, [*links, *ends]), config.cell_m)
+    beams = _unblocked(sight, pose, own, config)
+    disc = disc_around(pose.x, pose.y, _points(shapes, beams, links, ends), config.cell_m)
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
-    for shape in shapes:
-        base = config.wall if shape.wall >= 0 else config.narrow
-        canvas.mark(shape.start, shape.end, base + min(config.near * shape.support, base // 2))
+    base = np.where(shapes.wall >= 0, config.wall, config.narrow)
+    canvas.mark(shapes.ends, base + np.minimum(config.near * shapes.support, base // 2))
     known = grid.window(disc.left, disc.bottom, width, height)
     solid = np.maximum(known, canvas.occupied) >= config.solid_from
-    _clear(canvas, disc, _profiles(here, shapes, beams, _stops(disc, solid, config), config), config)
-    _hint(canvas, beams, config)
-    for gap in links:
-        _fill(canvas, known, solid, gap, config.link, config)
-    for gap in ends:
-        _fill(canvas, known, solid, gap, config.end, config)
+    _clear(canvas, disc, _profiles(pose, shapes, beams, _stops(disc, solid, config), config), config)
+    if config.alone and len(beams):
+        canvas.hint(np.concatenate([beams[:, 4:6], beams[:, 6:8]], axis=1), config.alone)
+    for gaps, weight in ((links, config.link), (ends, config.end)):
+        for k in range(len(gaps.sweep)):
+            _fill(canvas, known, solid, gaps.at([k]), weight, config)
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
 
 
-def _unblocked(sight: Sight, pose: Pose, members: tuple[Member, ...], config: MapConfig) -> Floats:
-    """The single beams (k, 4) in the map frame, without those that came back by way of one of the sweep's walls.
+def _unblocked(sight: Sight, pose: Pose, own: Pieces, config: MapConfig) -> Floats:
+    """The single beams (k, 8) in the map frame, without those that came back by way of one of the sweep's walls:
+    x and y of where each begins, of how far it is free at least, and of both ends of its core's arc.
 
     They pass a wall, or up to `beyond_m` past its ends, over 10 cm before their own: a sweep sees a short piece of a
     wall, and the wall goes on.
     """
-    origins = pose.points(sight.beams[:, :2])
-    axis, reach = sight.beams[:, 2] + pose.theta, sight.beams[:, 3]
-    sine, cosine = dmath.sincos(axis)
-    ends = origins + np.stack([reach * cosine, reach * sine], axis=1)
-    kept = sight.echoed.copy()
-    for wall in (member.segment for member in members):
-        s, c = dmath.sincos(wall.alpha)
-        before = c * origins[:, 0] + s * origins[:, 1] - wall.rho
-        after = c * ends[:, 0] + s * ends[:, 1] - wall.rho
-        through = (before < 0.0) & (after > 0.10)
-        part = before / np.where(through, before - after, 1.0)
-        x = origins[:, 0] + part * (ends[:, 0] - origins[:, 0])
-        y = origins[:, 1] + part * (ends[:, 1] - origins[:, 1])
-        place = c * y - s * x
-        low, high = sorted(c * q - s * p for p, q in (wall.start, wall.end))
-        kept &= ~(through & (low - config.beyond_m <= place) & (place <= high + config.beyond_m))
-    return np.concatenate([origins, axis[:, None], reach[:, None]], axis=1)[kept]
+    origin, reach = sight.beams[:, :2], sight.beams[:, 3]
+    cosine, sine = sight.beams[:, 4], sight.beams[:, 5]
+    s, c = dmath.sincos(config.core_deg * DEGREE)
+    core = np.maximum(reach - config.alone_margin_m, 0.0)
+    ways = ((reach, cosine, sine), (core, cosine, sine),
+            (reach, cosine * c + sine * s, sine * c - cosine * s),
+            (reach, cosine * c - sine * s, sine * c + cosine * s))  # fmt: skip
+    local = [origin, *(origin + np.stack([far * x, far * y], axis=1) for far, x, y in ways)]
+    placed = pose.points(np.concatenate(local)).reshape(5, -1, 2)
+    origin, end = placed[0], placed[1]
+    nx, ny = own.normal[:, :1], own.normal[:, 1:]
+    before = nx * origin[:, 0] + ny * origin[:, 1] - own.line[:, 1:]
+    after = nx * end[:, 0] + ny * end[:, 1] - own.line[:, 1:]
+    through = (before < 0.0) & (after > 0.10)
+    part = before / np.where(through, before - after, 1.0)
+    way = end - origin
+    place = nx * (origin[:, 1] + part * way[:, 1]) - ny * (origin[:, 0] + part * way[:, 0])
+    one, other = (nx * own.ends[:, k + 1 : k + 2] - ny * own.ends[:, k : k + 1] for k in (0, 2))
+    low, high = np.minimum(one, other) - config.beyond_m, np.maximum(one, other) + config.beyond_m
+    kept = sight.echoed & ~(through & (low <= place) & (place <= high)).any(axis=0)
+    return np.asarray(np.concatenate([placed[0], placed[2], placed[3], placed[4]], axis=1)[kept])
 
 
-def _reach(here: Point, shapes: tuple[Shape, ...], beams: Floats, gaps: list[Gap]) -> float:
-    """How far from the station anything is painted."""
-    points = [point for shape in shapes for point in (shape.start, shape.end)]
-    points += [point for gap in gaps for point in (gap.start, gap.end, gap.there)]
-    far = [dmath.hypot(x - here[0], y - here[1]) for x, y in points]
-    return max([0.5, *far, float(beams[:, 3].max()) + 0.2 if len(beams) else 0.0])
+def _points(shapes: Shapes, beams: Floats, links: Gaps, ends: Gaps) -> Floats:
+    """Points (n, 2) between which everything is painted."""
+    rows = [shapes.ends, beams[:, 4:8], *(each for gaps in (links, ends) for each in (gaps.ends, gaps.stations))]
+    return np.concatenate(rows).reshape(-1, 2)
 
 
 def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
@@ -132,38 +125,19 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
     return np.asarray(np.maximum(wide - 1.5 * config.cell_m, config.body_radius_m))
 
 
-def _profiles(
-    here: Point, shapes: tuple[Shape, ...], beams: Floats, stops: Floats, config: MapConfig
-) -> tuple[Floats, Floats]:
-    """How far it is free in each direction (BINS,): before the shapes, and well before what single beams met."""
-    fans, alone = np.zeros(BINS), np.zeros(BINS)
-    for shape in shapes:
-        bins, depth = _fan(shape, here, config)
-        fans[bins] = np.maximum(fans[bins], depth)
-    core = beams[:, 3] - config.alone_margin_m
-    sine, cosine = dmath.sincos(beams[:, 2])
-    dx, dy = beams[:, 0] + core * cosine - here[0], beams[:, 1] + core * sine - here[1]
-    np.maximum.at(
-        alone,
-        bins_about(dmath.atan2(dy, dx), config.core_deg * DEGREE),
-        np.where(core > 0.0, dmath.hypot(dx, dy), 0.0)[:, None],
-    )
-    return np.minimum(fans, stops), np.minimum(alone, stops)
-
-
-def _fan(shape: Shape, here: Point, config: MapConfig) -> tuple[Ints, Floats]:
-    """The directions in which a shape is seen, and how far it is free there: to a cell and a half before it."""
-    (x0, y0), (x1, y1) = ((x - here[0], y - here[1]) for x, y in (shape.start, shape.end))
-    dx, dy = x1 - x0, y1 - y0
-    if shape.wall < 0:
-        bearing = dmath.atan2(y0, x0)
-        return bins_between(bearing, bearing), np.full(1, dmath.hypot(x0, y0) - 1.5 * config.cell_m)
-    bins = bins_between(dmath.atan2(y0, x0), dmath.atan2(y1, x1))
-    sine, cosine = RAYS[0][bins], RAYS[1][bins]
-    across = cosine * dy - sine * dx
-    apart = np.abs(across) > 1e-9
-    depth = np.where(apart, (x0 * dy - y0 * dx) / np.where(apart, across, 1.0), 0.0)
-    return bins, depth - 1.5 * config.cell_m
+def _profiles(pose: Pose, shapes: Shapes, beams: Floats, stops: Floats, config: MapConfig) -> tuple[Floats, Floats]:
+    """How far it is free in each direction (BINS,): to a cell and a half before the shapes, and well before what single
+    beams met."""
+    wall = shapes.wall >= 0
+    fans = depths(shapes.ends[wall], pose.x, pose.y).max(axis=0, initial=0.0)
+    core = beams[:, 2:4] - (pose.x, pose.y)
+    both = np.concatenate([core, shapes.foot[~wall] - (pose.x, pose.y)])
+    bearing, far = dmath.atan2(both[:, 1], both[:, 0]), np.sqrt(both[:, 0] * both[:, 0] + both[:, 1] * both[:, 1])
+    alone = np.zeros(BINS)
+    many = len(core)
+    np.maximum.at(alone, bins_about(bearing[:many], config.core_deg * DEGREE), far[:many, None])
+    np.maximum.at(fans, bins_of(bearing[many:]), far[many:])
+    return np.minimum(fans - 1.5 * config.cell_m, stops), np.minimum(alone, stops)
 
 
 def _clear(canvas: Canvas, disc: Disc, profiles: tuple[Floats, Floats], config: MapConfig) -> None:
@@ -174,25 +148,16 @@ def _clear(canvas: Canvas, disc: Disc, profiles: tuple[Floats, Floats], config: 
     canvas.free[disc.ranges < config.body_radius_m] = -config.body
 
 
-def _hint(canvas: Canvas, beams: Floats, config: MapConfig) -> None:
-    """A weak arc at the range of each single beam."""
-    if not config.alone or len(beams) == 0:
-        return
-    ends = []
-    for offset in (-config.core_deg, config.core_deg):
-        sine, cosine = dmath.sincos(beams[:, 2] + offset * DEGREE)
-        ends.append((beams[:, 0] + beams[:, 3] * cosine, beams[:, 1] + beams[:, 3] * sine))
-    canvas.hint(ends[0], ends[1], config.alone)
-
-
-def _fill(canvas: Canvas, known: Cells, solid: Bools, gap: Gap, weight: int, config: MapConfig) -> None:
+def _fill(canvas: Canvas, known: Cells, solid: Bools, gap: Gaps, weight: int, config: MapConfig) -> None:
     """The wall goes on in the gap, unless too many of the cells there were seen to be free."""
-    rows, columns = canvas.cells_along(gap.start, gap.end)
-    if int(np.count_nonzero(known[rows, columns] <= -config.veto)) > config.veto_share * len(rows):
+    cells = canvas.cells_along(gap.ends)
+    if int(np.count_nonzero(known.reshape(-1)[cells] <= -config.veto)) > config.veto_share * len(cells):
         return
-    before = [_before(gap.here, gap.start, config.cell_m), _before(gap.there, gap.end, config.cell_m)]
-    canvas.clear([gap.there, gap.here, *before], config.between, solid)
-    canvas.mark(gap.start, gap.end, weight)
+    (x0, y0, x1, y1), (a, b, c, d) = gap.ends[0].tolist(), gap.stations[0].tolist()
+    here, there = (a, b), (c, d)
+    before = [_before(here, (x0, y0), config.cell_m), _before(there, (x1, y1), config.cell_m)]
+    canvas.clear([there, here, *before], config.between, solid)
+    canvas.mark(gap.ends, np.array([weight]))
 
 
 def _before(here: Point, point: Point, cell_m: float) -> Point:

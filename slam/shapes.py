@@ -10,11 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam import dmath
-from slam.association import OPEN, POINT, WALL, Member
+from slam.association import OPEN, POINT, WALL
 from slam.dmath import DEGREE, Floats
-from slam.geometry import Bools, Pose, Segment
-from slam.paint import Point
-from slam.sight import Sight, Thing
+from slam.geometry import Bools, Pose
+from slam.pieces import Pieces
+from slam.sight import Sight
+from slam.sweep import Ints
+
+MARGIN_M = 0.1
+STEEP = 0.34
+"""Sine of 20°: lines that cross at less than that are the same wall."""
 
 
 @dataclass(frozen=True)
@@ -28,126 +33,97 @@ class ShapeConfig:
 
 
 @dataclass(frozen=True)
-class Shape:
-    """A thing at `foot`, heard in the direction `bearing` (map frame), drawn from `start` to `end`.
+class Shapes:
+    """n things in the map frame: each at its `foot` (n, 2), heard in the direction `bearing` (n,), drawn between its
+    `ends` (n, 4), which are one point for a dot.
 
-    `wall`: its number among the sweep's walls if it is drawn as one, else −1. `told`: it is known to be one.
+    `wall` (n,): its number among the sweep's walls if it is drawn as one, else −1. `told` (n,): it is known to be one.
     """
 
-    foot: Point
-    bearing: float
-    start: Point
-    end: Point
-    wall: int
-    told: bool
-    support: int
+    foot: Floats
+    bearing: Floats
+    ends: Floats
+    wall: Ints
+    told: Bools
+    support: Ints
 
 
-def shapes_of(
-    sight: Sight, pose: Pose, members: tuple[Member, ...], around: Floats, config: ShapeConfig
-) -> tuple[Shape, ...]:
-    """A shape for each thing of the sweep; `members` are its walls, `around` (w, 4) those of other sweeps near by."""
-    here = (pose.x, pose.y)
-    own = [(*m.segment.start, *m.segment.end) for m in members if m.nature != POINT]
-    known = np.concatenate([around, np.array(own).reshape(-1, 4)])
-    feet = [foot_of(member.segment, here) for member in members]
-    doubtful = in_line(feet, [member.segment.alpha for member in members], known, config)
-    solid = [
-        k
-        for k, member in enumerate(members)
-        if member.nature == WALL
-        or (
-            member.nature == OPEN
-            and not doubtful[k]
-            and dmath.hypot(feet[k][0] - here[0], feet[k][1] - here[1]) <= config.open_m
-        )
-    ]
-    return tuple(_shape(thing, pose, members, solid, around) for thing in sight.things)
+def shapes_of(sight: Sight, pose: Pose, own: Pieces, around: Floats, config: ShapeConfig) -> Shapes:
+    """A shape for each thing of the sweep; `own` are its walls, `around` (w, 4) those of other sweeps near by."""
+    foot, bearing = pose.points(sight.foot), sight.bearing + pose.theta
+    feet, far = feet_of(own, pose)
+    known = np.concatenate([around, own.ends[own.nature != POINT]])
+    doubtful = in_line(feet, own.normal, known, config)
+    solid = (own.nature == WALL) | ((own.nature == OPEN) & ~doubtful & (far <= config.open_m))
+    as_wall = np.flatnonzero((sight.wall >= 0) & solid[sight.wall]) if len(own.chain) else np.zeros(0, dtype=np.int64)
+    which = sight.wall[as_wall]
+    ends = clipped(feet[which], own.ends[which], which, own, np.flatnonzero(solid))
+    ends = cut(feet[which], ends, around)
+    foot[as_wall], bearing[as_wall] = feet[which], own.line[which, 0]
+    all_ends = np.concatenate([foot, foot], axis=1)
+    all_ends[as_wall] = ends
+    wall, told = np.full(len(foot), -1), np.zeros(len(foot), dtype=bool)
+    wall[as_wall], told[as_wall] = which, own.nature[which] == WALL
+    return Shapes(foot, bearing, all_ends, wall, told, sight.support)
 
 
-def _shape(thing: Thing, pose: Pose, members: tuple[Member, ...], solid: list[int], around: Floats) -> Shape:
-    here = (pose.x, pose.y)
-    if thing.wall in solid:
-        own = members[thing.wall]
-        start, end = clipped(own.segment, here, [members[k].segment for k in solid if k != thing.wall])
-        start, end = cut(foot_of(own.segment, here), start, end, around)
-        told = own.nature == WALL
-        return Shape(foot_of(own.segment, here), own.segment.alpha, start, end, thing.wall, told, thing.support)
-    surface = thing.surface.moved(pose)
-    foot = foot_of(surface, here)
-    if thing.corner is not None:
-        x, y = pose.points(np.array([thing.corner])).tolist()[0]
-        foot = (x, y)
-    return Shape(foot, surface.alpha, foot, foot, -1, False, thing.support)
+def feet_of(own: Pieces, pose: Pose) -> tuple[Floats, Floats]:
+    """The points (w, 2) of the walls' lines nearest to a station, and how far they are."""
+    off = own.line[:, 1] - (own.normal[:, 0] * pose.x + own.normal[:, 1] * pose.y)
+    return np.stack([pose.x + off * own.normal[:, 0], pose.y + off * own.normal[:, 1]], axis=1), np.abs(off)
 
 
-def foot_of(wall: Segment, here: Point) -> Point:
-    """The point of the wall's line nearest to a station."""
-    sine, cosine = dmath.sincos(wall.alpha)
-    off = wall.rho - (cosine * here[0] + sine * here[1])
-    return (here[0] + off * cosine, here[1] + off * sine)
-
-
-def in_line(feet: list[Point], bearings: list[float], walls: Floats, config: ShapeConfig) -> list[bool]:
-    """Which of the feet lie in line with one of the walls (w, 4), not far past its ends, and face away from it."""
-    if not feet or len(walls) == 0:
-        return [False] * len(feet)
-    points = np.array(feet)
+def in_line(feet: Floats, normals: Floats, walls: Floats, config: ShapeConfig) -> Bools:
+    """Which feet (n, 2) lie in line with one of the walls (w, 4), not far past its ends, and face away from it."""
     along_x, along_y, length = _directions(walls)
-    dx, dy = points[:, :1] - walls[:, 0], points[:, 1:] - walls[:, 1]
+    dx, dy = feet[:, :1] - walls[:, 0], feet[:, 1:] - walls[:, 1]
     off, place = np.abs(along_x * dy - along_y * dx), along_x * dx + along_y * dy
-    sine, cosine = dmath.sincos(np.array(bearings))
     limit = dmath.sin(config.in_line_deg * DEGREE)
-    aside = np.abs(cosine[:, None] * along_x + sine[:, None] * along_y) > limit
+    aside = np.abs(normals[:, :1] * along_x + normals[:, 1:] * along_y) > limit
     reach = config.in_line_reach_m
     found = aside & (off <= config.in_line_m) & (place >= -reach) & (place <= length + reach)
-    answers: Bools = np.asarray(found.any(axis=1))
-    return [bool(each) for each in answers]
+    return np.asarray(found.any(axis=1))
 
 
 def _directions(walls: Floats) -> tuple[Floats, Floats, Floats]:
     """Unit vectors along walls (w, 4), and their lengths."""
     dx, dy = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
-    length = np.maximum(dmath.hypot(dx, dy), 1e-6)
+    length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-6)
     return dx / length, dy / length, length
 
 
-def cut(foot: Point, start: Point, end: Point, walls: Floats, margin_m: float = 0.1) -> tuple[Point, Point]:
-    """A wall's ends, drawn in to where walls (w, 4) of other sweeps cross it; the part that holds the foot stays."""
-    if len(walls) == 0:
-        return start, end
+def cut(feet: Floats, ends: Floats, walls: Floats) -> Floats:
+    """Walls' ends (n, 4), drawn in to where walls (w, 4) of other sweeps cross them; the part with the foot stays."""
     along_x, along_y, length = _directions(walls)
-    ends = []
-    for x, y in (start, end):
-        dx, dy = x - foot[0], y - foot[1]
-        across = along_x * dy - along_y * dx
-        safe = np.where(np.abs(across) > 1e-9, across, 1.0)
-        to_x, to_y = walls[:, 0] - foot[0], walls[:, 1] - foot[1]
-        part = (along_x * to_y - along_y * to_x) / safe
-        place = (dx * to_y - dy * to_x) / safe
-        size = dmath.hypot(dx, dy)
-        steep = np.abs(across) > 0.34 * size  # crossings under 20° are the same wall
-        met = steep & (part * size > margin_m) & (part < 1.0) & (place >= -margin_m) & (place <= length + margin_m)
-        nearest = float(np.where(met, part, 1.0).min())
-        ends.append((foot[0] + nearest * dx, foot[1] + nearest * dy))
-    return ends[0], ends[1]
+    found = ends.copy()
+    to_x, to_y = walls[:, 0] - feet[:, :1], walls[:, 1] - feet[:, 1:]
+    aside = along_x * to_y - along_y * to_x
+    for x, y in ((0, 1), (2, 3)):
+        dx, dy = ends[:, x : x + 1] - feet[:, :1], ends[:, y : y + 1] - feet[:, 1:]
+        across, size = along_x * dy - along_y * dx, np.sqrt(dx * dx + dy * dy)
+        steep = np.abs(across) > STEEP * size
+        safe = np.where(steep, across, 1.0)
+        part, place = aside / safe, (dx * to_y - dy * to_x) / safe
+        met = steep & (part * size > MARGIN_M) & (part < 1.0) & (place >= -MARGIN_M) & (place <= length + MARGIN_M)
+        nearest = np.where(met, part, 1.0).min(axis=1, initial=1.0)
+        found[:, x], found[:, y] = feet[:, 0] + nearest * dx[:, 0], feet[:, 1] + nearest * dy[:, 0]
+    return found
 
 
-def clipped(wall: Segment, here: Point, others: list[Segment]) -> tuple[Point, Point]:
-    """The wall's ends, drawn in to where it meets the lines of others: what lies behind those was not seen.
+def clipped(feet: Floats, ends: Floats, numbers: Ints, own: Pieces, others: Ints) -> Floats:
+    """Walls' ends (n, 4), drawn in to where they meet the lines of others: what lies behind those was not seen.
 
-    The part that holds the foot point stays, for that is what answered.
+    `numbers` (n,) are their own among the sweep's, `others` those that clip. The part that holds the foot point stays,
+    for that is what answered.
     """
-    foot = foot_of(wall, here)
-    ends = [wall.start, wall.end]
-    for other in others:
-        sine, cosine = dmath.sincos(other.alpha)
-        inside = cosine * foot[0] + sine * foot[1] - other.rho
-        if inside >= 0.0:
-            continue
-        for k, end in enumerate(ends):
-            past = cosine * end[0] + sine * end[1] - other.rho
-            if past > 0.0:
-                part = inside / (inside - past)
-                ends[k] = (foot[0] + part * (end[0] - foot[0]), foot[1] + part * (end[1] - foot[1]))
-    return ends[0], ends[1]
+    cosine, sine, rho = own.normal[others, 0], own.normal[others, 1], own.line[others, 1]
+    inside = cosine * feet[:, :1] + sine * feet[:, 1:] - rho
+    clips = (inside < 0.0) & (numbers[:, None] != others)
+    found = ends.copy()
+    for x, y in ((0, 1), (2, 3)):
+        past = cosine * ends[:, x : x + 1] + sine * ends[:, y : y + 1] - rho
+        met = clips & (past > 0.0)
+        part = np.where(met, inside / np.where(met, inside - past, 1.0), 1.0).min(axis=1, initial=1.0)
+        found[:, x] = feet[:, 0] + part * (ends[:, x] - feet[:, 0])
+        found[:, y] = feet[:, 1] + part * (ends[:, y] - feet[:, 1])
+    return found

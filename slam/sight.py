@@ -7,34 +7,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam import dmath
 from slam.dmath import Floats
 from slam.features import Features
-from slam.geometry import Bools, Segment, segment
+from slam.geometry import Bools
 from slam.reliability import ALONE, NEAR_RCD, Reliability
 from slam.self_calibration import Calibrated
-
-
-@dataclass(frozen=True)
-class Thing:
-    """An RCD: the flat surface it would be, and how many readings of class (ii) sharpen it.
-
-    `wall` is its number among the sweep's walls (−1: none of them); `corner` where the lines of two nearer ones meet.
-    """
-
-    surface: Segment
-    support: int
-    wall: int
-    corner: tuple[float, float] | None
+from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
 class Sight:
-    """The things seen, nearest first, and single beams (k, 4): origin x, y, axis rad, reach m; whether each `echoed`.
+    """The n things (RCDs) that were seen, nearest first, and k single beams; metres and rad in F.
 
-    Of the beams only those of class (iii) are kept, unless all were asked for; `half_beam` rad is theirs.
+    A thing: `foot` (n, 2) where it was heard, or where the lines of two nearer ones meet if it is taken for their
+    corner; its `bearing` (n,); `support` (n,) how many readings of class (ii) sharpen it; `wall` (n,) its number among
+    the sweep's walls (−1: none of them). `beams` (k, 6): origin x, y, axis, reach, cosine and sine of the axis; whether
+    each `echoed` (k,). Of the beams only those of class (iii) are kept, unless all were asked for; `half_beam` rad is
+    theirs.
     """
 
-    things: tuple[Thing, ...]
+    foot: Floats
+    bearing: Floats
+    support: Ints
+    wall: Ints
     beams: Floats
     echoed: Bools
     half_beam: float
@@ -43,22 +39,22 @@ class Sight:
 def sight_of(calibrated: Calibrated, reliability: Reliability, features: Features, *, every_beam: bool) -> Sight:
     """The sweep's sight; nothing if there was no echo at all."""
     beams = calibrated.beams
-    echo = beams.echo
+    echo, none = beams.echo, np.zeros(0, dtype=np.int64)
     if not bool(echo.any()):
-        return Sight((), np.zeros((0, 4)), np.zeros(0, dtype=bool), beams.half_beam)
-    near = reliability.rcd_of[reliability.reading_class == NEAR_RCD]
-    support = np.bincount(near, minlength=len(reliability.rcds)).tolist()
-    wall_of = {wall.rcd: k for k, wall in enumerate(features.walls)}
-    corner_of = {corner.rcd: corner.point for corner in features.corners}
-    things = tuple(
-        Thing(
-            segment(rcd.bearing, rcd.distance, rcd.left, rcd.right),
-            support[k],
-            wall_of.get(k, -1),
-            corner_of.get(k),
+        return Sight(
+            np.zeros((0, 2)), np.zeros(0), none, none, np.zeros((0, 6)), np.zeros(0, dtype=bool), beams.half_beam
         )
-        for k, rcd in enumerate(reliability.rcds)
-    )
-    kept = np.ones(len(echo), dtype=bool) if every_beam else reliability.reading_class == ALONE
-    rows = np.concatenate([beams.origin, beams.axis[:, None], beams.distance[:, None]], axis=1)
-    return Sight(things, rows[kept], echo[kept], beams.half_beam)
+    rcds = reliability.rcds
+    bearing, distance = np.array([rcd.bearing for rcd in rcds]), np.array([rcd.distance for rcd in rcds])
+    sine, cosine = dmath.sincos(bearing)
+    foot = np.stack([distance * cosine, distance * sine], axis=1)
+    for corner in features.corners:
+        foot[corner.rcd] = corner.point
+    wall = np.full(len(rcds), -1, dtype=np.int64)
+    wall[[each.rcd for each in features.walls]] = np.arange(len(features.walls))
+    near = reliability.rcd_of[reliability.reading_class == NEAR_RCD]
+    kept = np.ones(len(echo), dtype=bool) if every_beam else echo & (reliability.reading_class == ALONE)
+    sine, cosine = dmath.sincos(beams.axis[kept])
+    rows = [beams.origin[kept], *(each[:, None] for each in (beams.axis[kept], beams.distance[kept], cosine, sine))]
+    support = np.bincount(near, minlength=len(rcds)).astype(np.int64)
+    return Sight(foot, bearing, support, wall, np.concatenate(rows, axis=1), echo[kept], beams.half_beam)

@@ -7,14 +7,15 @@ import pytest
 
 from slam import pipeline
 from slam.algorithms import algorithm
-from slam.association import POINT, WALL, Chains, Member
-from slam.disc import BINS, bins_between, disc_around
-from slam.dmath import DEGREE
-from slam.evidence import Evidence, Layer, cropped
+from slam.association import OPEN, POINT, WALL, Chains, Member
+from slam.disc import BINS, RAYS, depths, disc_around
+from slam.dmath import DEGREE, sincos
+from slam.evidence import Evidence, Layer, cropped, patch_between
 from slam.geometry import ORIGIN, Pose, Segment, through
 from slam.grid import LIMIT, Grid
-from slam.links import EndConfig, Spot, chain_gaps, end_gaps, heard_through
+from slam.links import EndConfig, Spots, chain_gaps, end_gaps, heard_through
 from slam.map_extension import Map, extend_map
+from slam.pieces import Pieces
 from slam.pipeline import Step
 from slam.shapes import clipped, cut
 from tests.synthetic import RING, StraightWall, corridor, scan
@@ -29,6 +30,15 @@ AWAY = Pose(0.3, 1.2, 7.0 * DEGREE)
 
 def line(x0: float, y0: float, x1: float, y1: float) -> Segment:
     return through((x0, y0), (x1, y1), (0.0, 0.0))
+
+
+def pieces(*members: Member) -> Pieces:
+    return Pieces.none().renewed((), members)
+
+
+def spot(x: float, y: float, bearing_deg: float) -> Spots:
+    sine, cosine = sincos(bearing_deg * DEGREE)
+    return Spots(np.array([[x, y]]), np.array([[cosine, sine]]), np.array([0]))
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +84,8 @@ def test_a_wall_that_turns_out_to_be_a_point_is_drawn_as_one(steps: list[Step]) 
     pointed = replace(chains, members=tuple(replace(member, nature=POINT) for member in chains.members))
     step = steps[1]
     after, _ = extend_map(first, step.calibrated, step.reliability, step.features, pointed, poses, CONFIG)
-    assert any(shape.wall >= 0 for shape in first.painted[0].shapes)
-    assert not any(shape.wall >= 0 for shape in after.painted[0].shapes)
-    assert len(after.painted[0].strokes) == 0
+    assert len(first.painted[0].walls) == len(first.painted[0].strokes) > 0
+    assert len(after.painted[0].walls) == len(after.painted[0].strokes) == 0
 
 
 def test_between_the_walls_it_is_free_and_behind_them_unknown(steps: list[Step]) -> None:
@@ -100,14 +109,16 @@ def test_a_plain_cone_frees_what_lies_behind_the_edges_of_a_wall() -> None:
 def test_evidence_taken_back_leaves_nothing() -> None:
     wall = Layer(60, -3, np.full((8, 9), 100, dtype=np.int8))
     twice = Evidence().changed([], [wall, wall])
-    grid, patch = twice.shown(Evidence(), EMPTY)
+    grid = twice.shown(Evidence(), EMPTY)
+    patch = patch_between(EMPTY, grid)
     assert int(patch.delta.max()) == LIMIT
     assert (patch.left, patch.bottom, patch.delta.shape) == (60, -3, (8, 9))
-    back, less = twice.changed([wall], []).shown(twice, grid)
-    assert int(less.delta.min()) == 100 - LIMIT
-    gone, _ = twice.changed([wall, wall], []).shown(twice, grid)
+    back = twice.changed([wall], []).shown(twice, grid)
+    assert int(patch_between(grid, back).delta.min()) == 100 - LIMIT
+    gone = twice.changed([wall, wall], []).shown(twice, grid)
     assert not any(tile.any() for tile in gone.tiles.values())
     assert back.window(60, -3, 9, 8).max() == 100
+    assert patch_between(grid, grid).delta.tolist() == [[0]]
 
 
 def test_a_layer_has_no_empty_borders() -> None:
@@ -117,58 +128,71 @@ def test_a_layer_has_no_empty_borders() -> None:
     assert (layer.left, layer.bottom, layer.delta.tolist()) == (13, 22, [[-9, -9]])
 
 
-@pytest.mark.parametrize(
-    ("first", "last", "count"), [(0.0, 10.0, 20), (-5.0, 5.0, 20), (175.0, -175.0, 20), (3.1, 3.1, 1)]
-)
-def test_directions_between_two_angles(first: float, last: float, count: int) -> None:
-    bins = bins_between(first * DEGREE, last * DEGREE)
-    assert len(bins) == count
-    assert set(bins.tolist()) == set(bins_between(last * DEGREE, first * DEGREE).tolist())
+def test_depths_are_where_rays_meet_segments() -> None:
+    far = depths(np.array([[2.0, 1.0, 2.0, -1.0], [-1.0, -3.0, -1.0, -2.0]]), 1.0, 0.0)
+    sine, cosine = RAYS
+    ahead = (np.abs(sine) <= cosine) & (cosine > 0.0)
+    np.testing.assert_allclose(far[0], np.where(ahead, 1.0 / cosine, 0.0))
+    assert not (far[1] > 0.0)[ahead].any()
+    assert far[1].max() == pytest.approx(13.0**0.5, abs=0.02)
 
 
 def test_a_disc_tells_direction_and_distance_of_its_cells() -> None:
-    disc = disc_around(1.0, -2.0, 1.5, 0.05)
+    disc = disc_around(1.01, -1.99, np.array([[2.6, -2.0]]), 0.05)
     row, column = int(-2.0 / 0.05) - disc.bottom, int(2.0 / 0.05) - disc.left
-    assert disc.ranges[row, column] == pytest.approx(1.0, abs=0.04)
-    assert abs(int(disc.bins[row, column]) - BINS // 2) <= 3
+    assert disc.ranges[row, column] == pytest.approx(1.0)
+    assert abs(int(disc.bins[row, column]) - BINS // 2) <= 1
+    assert disc.left * 0.05 <= 1.01 - 0.4
+    assert (disc.left + disc.bins.shape[1]) * 0.05 >= 2.6
 
 
 def test_gaps_of_a_chain_are_those_to_its_nearest_neighbours() -> None:
-    chain = [Member(0, k, line(x, 1.0, x + 0.4, 1.0), WALL) for k, x in enumerate((0.0, 0.9, 2.0))]
+    chain = pieces(*(Member(0, k, line(x, 1.0, x + 0.4, 1.0), WALL) for k, x in enumerate((0.0, 0.9, 2.0))))
     newest = Member(0, 3, line(1.5, 1.0, 1.7, 1.0), WALL)
-    found = chain_gaps(newest, chain, (ORIGIN,) * 4, 1.2)
-    assert sorted((gap.sweep, round(abs(gap.start[0] - gap.end[0]), 3)) for gap in found) == [(1, 0.2), (2, 0.3)]
-    assert chain_gaps(replace(newest, nature=POINT), chain, (ORIGIN,) * 4, 1.2) == []
+    found = chain_gaps(pieces(newest), chain, np.zeros((4, 3)), 1.2)
+    length = np.abs(found.ends[:, 0] - found.ends[:, 2]).round(3)
+    assert sorted(zip(found.sweep.tolist(), length.tolist(), strict=True)) == [(1, 0.2), (2, 0.3)]
+    assert len(chain_gaps(pieces(replace(newest, chain=1)), chain, np.zeros((4, 3)), 1.2).sweep) == 0
 
 
 @pytest.mark.parametrize(
-    ("spot", "ends"),
+    ("end", "ends"),
     [
-        (Spot((2.0, 1.02), 40.0 * DEGREE, 0), True),
-        (Spot((2.0, 1.15), 40.0 * DEGREE, 0), False),  # beside the line
-        (Spot((3.5, 1.0), 40.0 * DEGREE, 0), False),  # too far
-        (Spot((2.0, 1.0), 88.0 * DEGREE, 0), False),  # a piece of the wall itself
-        (Spot((0.5, 1.0), 40.0 * DEGREE, 0), False),  # before the wall, not at its end
+        (spot(2.0, 1.02, 40.0), True),
+        (spot(2.0, 1.15, 40.0), False),  # beside the line
+        (spot(3.5, 1.0, 40.0), False),  # too far
+        (spot(2.0, 1.0, 88.0), False),  # a piece of the wall itself
+        (spot(0.5, 1.0, 40.0), False),  # before the wall, not at its end
     ],
 )
-def test_a_wall_goes_on_to_the_corner_in_line_with_it(spot: Spot, ends: bool) -> None:
-    wall = Member(0, 0, line(0.0, 1.0, 1.0, 1.0), WALL)
-    assert [(gap.start, gap.end) for gap in end_gaps([wall], [spot], 0, (ORIGIN,), EndConfig())] == [
-        ((1.0, 1.0), spot.point)
-    ] * ends
+def test_a_wall_goes_on_to_the_corner_in_line_with_it(end: Spots, ends: bool) -> None:
+    wall = pieces(Member(0, 0, line(0.0, 1.0, 1.0, 1.0), WALL))
+    found = end_gaps(wall, end, 0, np.zeros((1, 3)), EndConfig())
+    assert found.ends.tolist() == [[1.0, 1.0, *end.point[0].tolist()]] * ends
 
 
 def test_a_corner_ends_the_last_piece_of_a_wall_only() -> None:
-    walls = [Member(0, 0, line(0.0, 1.0, 0.5, 1.0), WALL), Member(0, 0, line(0.6, 1.0, 1.0, 1.0), WALL)]
-    found = end_gaps(walls, [Spot((1.5, 1.0), 40.0 * DEGREE, 0)], 0, (ORIGIN,), EndConfig())
-    assert [gap.start for gap in found] == [(1.0, 1.0)]
+    walls = pieces(Member(0, 0, line(0.0, 1.0, 0.5, 1.0), WALL), Member(0, 0, line(0.6, 1.0, 1.0, 1.0), WALL))
+    found = end_gaps(walls, spot(1.5, 1.0, 40.0), 0, np.zeros((1, 3)), EndConfig())
+    assert found.ends[:, :2].tolist() == [[1.0, 1.0]]
 
 
 def test_walls_are_drawn_as_far_as_the_walls_that_cross_them() -> None:
-    wall, other = line(-1.0, 1.0, 1.0, 1.0), line(0.6, -1.0, 0.6, 2.0)
-    np.testing.assert_allclose(clipped(wall, (0.0, 0.0), [other]), ((-1.0, 1.0), (0.6, 1.0)))
+    both = pieces(Member(0, 0, line(-1.0, 1.0, 1.0, 1.0)), Member(1, 0, line(0.6, -1.0, 0.6, 2.0)))
+    foot, ends, number = np.array([[0.0, 1.0]]), np.array([[-1.0, 1.0, 1.0, 1.0]]), np.array([0])
+    np.testing.assert_allclose(clipped(foot, ends, number, both, np.array([0, 1])), [[-1.0, 1.0, 0.6, 1.0]])
     crossing = np.array([[0.6, 0.5, 0.6, 2.0], [-0.5, 3.0, -0.5, 4.0]])
-    np.testing.assert_allclose(cut((0.0, 1.0), wall.start, wall.end, crossing), ((-1.0, 1.0), (0.6, 1.0)))
+    np.testing.assert_allclose(cut(foot, ends, crossing), [[-1.0, 1.0, 0.6, 1.0]])
+
+
+def test_a_nature_told_by_one_member_holds_for_its_chain() -> None:
+    members = (Member(0, 0, line(0, 1, 1, 1)), Member(1, 0, line(0, 2, 1, 2)), Member(0, 1, line(0, 1, 1, 1), WALL))
+    before = Pieces.none().renewed((), members[:2])
+    assert before.nature.tolist() == [OPEN, OPEN]
+    after = before.renewed(members[:2], members)
+    assert after.nature.tolist() == [WALL, OPEN, WALL]
+    assert after.of_sweep(0) == slice(0, 2)
+    assert after.of_sweeps(np.array([1])).tolist() == [2]
 
 
 @pytest.mark.parametrize(
