@@ -129,6 +129,19 @@ def test_a_chunk_whose_length_is_wrong_costs_no_other(sound: Path, tmp_path: Pat
     assert "unreadable and left out" in McapReader(bad).damage[0]
 
 
+def test_a_chunk_that_lost_its_mark_is_found_again(sound: Path, tmp_path: Path) -> None:
+    data = bytearray(sound.read_bytes())
+    data[middle_chunk(data) - 200 - 37] ^= 1
+    bad, new = tmp_path / "bad.mcap", tmp_path / "new.mcap"
+    for kept in (len(data), 3 * len(data) // 4):
+        bad.write_bytes(data[:kept])
+        assert run(["recover", str(bad), "-o", str(new), "--force"]) == (kept < len(data))
+        assert "lost its mark" in McapReader(bad).damage[0]
+        assert len(McapReader(new).messages()) == len(McapReader(bad).messages())
+        if kept == len(data):
+            assert recording_digest(new) == recording_digest(sound)
+
+
 @pytest.mark.parametrize("what", ["nothing in it", "no MCAP", "not there", "output there"])
 def test_what_cannot_be_recovered(what: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bad, new = tmp_path / "bad.mcap", tmp_path / "new.mcap"

@@ -3,7 +3,6 @@
 Must not know: what the messages mean, robots, runs.
 """
 
-import os
 import struct
 import zlib
 from collections.abc import Callable, Collection, Iterator
@@ -11,28 +10,19 @@ from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
-import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk, get_chunk_data_stream
+from mcap.stream_reader import breakup_chunk, get_chunk_data_stream
 
 from sonarlog.errors import SonarlogError
+from sonarlog.mcap_file.walk import BROKEN, MAGIC, RECORD_HEAD, walk
 from sonarlog.mcap_file.writer import partial_path
 
-MAGIC = b"\x89MCAP0\r\n"
-CHUNK_HEAD = struct.Struct("<BQQQQI")  # opcode, length, first and last time, uncompressed size and its CRC
-RECORD_HEAD = struct.Struct("<BQ")  # opcode, length
 MESSAGE_HEAD = struct.Struct("<H4xQ8x")  # channel, sequence number, log time, publish time
 FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary's begin, its offsets' begin, its CRC
-COMPRESSED = b"\x04\0\0\0zstd"  # what follows the head in a chunk of ours
-
-# What the mcap and zstandard libraries raise on bytes that are cut off or flipped. UnicodeDecodeError and the
-# library's CRCValidationError are ValueErrors.
-BROKEN = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError)
 
 R = TypeVar("R")
 
@@ -135,26 +125,7 @@ class McapReader:
     def _records(self, chunk: Callable[[Chunk], list[R]], damage: list[str]) -> Iterator[R | McapRecord]:
         """All records in file order, for a chunk what `chunk` makes of it; `damage` gets what had to be left out."""
         with self.path.open("rb") as stream:
-            size = os.fstat(stream.fileno()).st_size
-            read = partial(StreamReader, stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
-            records = read().records
-            while True:
-                begin = stream.tell()
-                try:
-                    record = next(records)
-                except StopIteration:
-                    return
-                except CRCValidationError:
-                    damage.append(f"{self.path}: the data section fails its checksum: something in it was altered")
-                    return
-                except BROKEN:
-                    found = _next_chunk(stream, begin + 1)
-                    damage.append(f"{self.path}: {_left_out(begin, found, size)}")
-                    if found is None:
-                        return
-                    stream.seek(found)
-                    records = read(skip_magic=True).records
-                    continue
+            for begin, record in walk(self.path, stream, damage):
                 if not isinstance(record, Chunk):
                     yield record
                     continue
@@ -207,28 +178,3 @@ def _summary_is_whole(path: Path) -> bool:
     footer = len(data) - len(MAGIC) - FOOTER.size
     _, _, begin, _, crc = FOOTER.unpack_from(data, footer)
     return bool(crc == 0 or (begin <= footer and zlib.crc32(data[begin or footer : -len(MAGIC) - 4]) == crc))
-
-
-def _next_chunk(stream: BinaryIO, begin: int) -> int | None:
-    """Where the next compressed chunk begins, by the look of it; its own checksum decides afterwards."""
-    stream.seek(begin)
-    data = stream.read()
-    at = data.find(COMPRESSED, CHUNK_HEAD.size)
-    while at >= 0:
-        head = at - CHUNK_HEAD.size
-        opcode, length, _, _, _, _ = CHUNK_HEAD.unpack_from(data, head)
-        inside = at + len(COMPRESSED) - (head + 9)  # bytes of the record before the length of its contents
-        if opcode == Opcode.CHUNK and head + 9 + length <= len(data) and length >= inside + 8:
-            (contents,) = struct.unpack_from("<Q", data, at + len(COMPRESSED))
-            if contents + inside + 8 == length:
-                return begin + head
-        at = data.find(COMPRESSED, at + 1)
-    return None
-
-
-def _left_out(begin: int, found: int | None, size: int) -> str:
-    if found is not None:
-        return f"bytes {begin} to {found} are unreadable and left out"
-    if begin == size:
-        return f"it was never finished: it ends after byte {size}, all of which is used"
-    return f"cut off or unreadable from byte {begin} of {size} on"

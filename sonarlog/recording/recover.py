@@ -31,7 +31,7 @@ def recover(path: Path, output: Path, *, force: bool = False) -> Recovered:
     reached the disk was never in it. Raises CannotRead, NotMcap, OutputExists, CannotWrite.
     """
     source = McapReader(path)
-    missing = tuple(sentence for sentence in source.damage if "all of which is used" not in sentence)
+    missing = tuple(sentence for sentence in source.damage if " is used" not in sentence)
     first = last = None
     for message in source.stream():
         first = message.log_time_ns if first is None else min(first, message.log_time_ns)
