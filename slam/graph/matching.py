@@ -132,10 +132,13 @@ def _after_search(
 ) -> Found:
     """From where the paper's coarse search puts the robot, if that explains more.
 
-    A robot that was turned by hand and a corridor that bends look the same; only small turns are looked for.
+    A robot that was turned by hand and a corridor that bends look the same; only small turns are looked for. Walls may
+    be as far off as the search can shift the robot: one carried off by d1 itself is farther off with odometry's error.
     """
-    narrow = replace(config.association, a1_deg=min(config.association.a1_deg, config.graph.search_deg))
-    coarse = associate(walls, track.chains, track.poses, predicted, narrow)
+    reach = config.localisation.window // 2 * config.localisation.cell_m
+    thresholds = config.association
+    wide = replace(thresholds, d1_m=max(thresholds.d1_m, reach), a1_deg=min(thresholds.a1_deg, config.graph.search_deg))
+    coarse = associate(walls, track.chains, track.poses, predicted, wide)
     pose = search(predicted, coarse, track.chains, config.localisation).pose
     there = replace(place, pose=np.array([pose.x, pose.y, pose.theta]))
     other = _in_two_rounds(track.graph, sights, there, config.graph)
