@@ -11,7 +11,7 @@ SONARLOG = Path(sonarlog.__path__[0])
 
 BOUND = sorted(
     [
-        *SLAM.glob("*.py"),
+        *SLAM.rglob("*.py"),
         *(SONARLOG / "sim").glob("*.py"),
         *(SONARLOG / "protocol").glob("*.py"),
         *(SONARLOG / "imports").glob("*.py"),
