@@ -21,18 +21,21 @@ STEEP = 0.34
 
 @dataclass(frozen=True)
 class Gaps:
-    """g gaps that a wall may fill: `ends` (g, 4) and, of each end, the station (g, 4) of the sweep that saw it.
+    """g gaps that a wall may fill: `ends` (g, 4), each seen by another sweep or both by one.
 
-    `sweep` (g,) is the older of the two.
+    `weight` (g,) is what a wall in the gap is worth.
     """
 
     ends: Floats
-    stations: Floats
-    sweep: Ints
+    weight: Ints
 
     def at(self, rows: Bools | list[int]) -> "Gaps":
         """Some of them."""
-        return Gaps(self.ends[rows], self.stations[rows], self.sweep[rows])
+        return Gaps(self.ends[rows], self.weight[rows])
+
+    def joined(self, others: "Gaps") -> "Gaps":
+        """These, then others."""
+        return Gaps(np.concatenate([self.ends, others.ends]), np.concatenate([self.weight, others.weight]))
 
 
 @dataclass(frozen=True)
@@ -60,11 +63,8 @@ def extents(of: Pieces, along: Pieces) -> tuple[Floats, Floats]:
     return np.minimum(one, other), np.maximum(one, other)
 
 
-def chain_gaps(own: Pieces, older: Pieces, places: Floats, longest: float) -> Gaps:
-    """The gaps between a sweep's walls and, of their chains, the nearest of older sweeps on either side.
-
-    `places` (n, 3) are all sweeps' poses.
-    """
+def chain_gaps(own: Pieces, older: Pieces, longest: float, weight: int) -> Gaps:
+    """The gaps between a sweep's walls and, of their chains, the nearest of older sweeps on either side."""
     low, high = extents(older, own)
     at = np.arange(len(own.chain))
     own_low, own_high = (each[at, at][:, None] for each in extents(own, own))
@@ -76,8 +76,7 @@ def chain_gaps(own: Pieces, older: Pieces, places: Floats, longest: float) -> Ga
             nearest = gap.argmin(axis=1)
             pairs += [(k, int(nearest[k])) for k in np.flatnonzero(np.isfinite(gap[at, nearest])).tolist()]
     rows = [_between(own.ends[a].tolist(), older.ends[b].tolist()) for a, b in pairs]
-    a, b = (np.array([pair[side] for pair in pairs], dtype=np.int64) for side in (0, 1))
-    return _gaps(np.array(rows).reshape(-1, 4), own.sweep[a], older.sweep[b], places)
+    return Gaps(np.array(rows).reshape(-1, 4), np.full(len(rows), weight))
 
 
 def _between(one: list[float], other: list[float]) -> tuple[float, float, float, float]:
@@ -86,11 +85,7 @@ def _between(one: list[float], other: list[float]) -> tuple[float, float, float,
     return min(pairs, key=lambda p: (p[0] - p[2]) * (p[0] - p[2]) + (p[1] - p[3]) * (p[1] - p[3]))
 
 
-def _gaps(ends: Floats, one: Ints, other: Ints, places: Floats) -> Gaps:
-    return Gaps(ends, np.concatenate([places[one, :2], places[other, :2]], axis=1), np.minimum(one, other))
-
-
-def end_gaps(walls: Pieces, spots: Spots, newest: int, places: Floats, config: EndConfig) -> Gaps:
+def end_gaps(walls: Pieces, spots: Spots, newest: int, config: EndConfig, weight: int) -> Gaps:
     """The gaps from walls' ends to the nearest spot in line, if no other piece of the chain lies between.
 
     Only those of which one side was seen by sweep `newest`.
@@ -114,7 +109,7 @@ def end_gaps(walls: Pieces, spots: Spots, newest: int, places: Floats, config: E
     places_of = [some.normal[wall, 0] * ends[:, k + 1] - some.normal[wall, 1] * ends[:, k] for k in (0, 2)]
     first = (places_of[0] <= places_of[1]) == (side == 0)
     start = np.where(first[:, None], ends[:, :2], ends[:, 2:])
-    return _gaps(np.concatenate([start, spots.point[spot]], axis=1), some.sweep[wall], spots.sweep[spot], places)
+    return Gaps(np.concatenate([start, spots.point[spot]], axis=1), np.full(len(wall), weight))
 
 
 def _in_line(walls: Pieces, spots: Spots, config: EndConfig) -> Bools:

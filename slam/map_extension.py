@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slam import dmath
-from slam.association import POINT, Chains, Member
+from slam.association import POINT, WALL, Chains, Member
 from slam.cones import render_cones
 from slam.dmath import DEGREE, Floats
 from slam.evidence import NOTHING, Evidence, Layer, patch_between
@@ -36,7 +36,7 @@ class Painted:
 
     `walls` (w,) are the pieces drawn as walls, as `strokes` (w, 4), `paths` (w, 4) the ways of sound to these, `spots`
     (s, 4) what may be the end of a wall: x, y and the direction (cos, sin) that it was heard in; `gaps` (g, 4) those
-    that it filled, `partners` (g,) the older sweeps whose walls it met. `layer` is the evidence.
+    that it filled; `layer` is the evidence.
     """
 
     sight: Sight
@@ -45,7 +45,6 @@ class Painted:
     paths: Floats
     spots: Floats
     gaps: Floats
-    partners: Ints
     layer: Layer
 
 
@@ -54,8 +53,8 @@ class Map:
     """The occupancy grid, and what it takes to draw parts of it again.
 
     `poses` and `members` are those that it was last held against, `places` (n, 3) and `pieces` the same as arrays: what
-    is the same object still has not changed. `stood` (n, 3) and `drawn` (m, 5: ends, nature) are those that each sweep
-    was drawn with.
+    is the same object still has not changed. `stood` (n, 3) and `drawn` (m, 5: ends, whether as a wall) are those that
+    each sweep was drawn with.
     """
 
     grid: Grid
@@ -81,8 +80,9 @@ def extend_map(
     """The map with this sweep in it and with older ones where they are known to be now, and what changed in the grid.
 
     `poses` are all sweeps' so far, this one's last; `chains.members` all walls at those poses, in order of their
-    sweeps and, of one sweep, in the order of its features. A sweep is drawn anew if its pose, or an end of one of its
-    walls, lies over `repaint_m` (or `repaint_deg`) from where it was drawn, or if the nature of a wall has changed.
+    sweeps and, of one sweep, in the order of its features. A sweep is drawn anew if its pose or one of its walls
+    lies over `repaint_m` (`repaint_deg`, along a wall `repaint_along_m`) from where it was drawn, or if a wall turned
+    out to be none, or something else a wall.
     """
     newest = len(poses) - 1
     drawing = _Drawing(before, poses, chains.members, config)
@@ -105,6 +105,7 @@ class _Drawing:
         self._painted: list[Painted] = list(before.painted)
         self._stood, self._drawn = before.stood.copy(), np.full((len(members), 5), np.inf)
         self._drawn[: len(before.drawn)] = before.drawn[: len(members)]
+        self._known = min(len(before.drawn), len(members))
         self._shown = np.ones(len(before.painted), dtype=bool)
 
     def map(self) -> Map:
@@ -113,28 +114,29 @@ class _Drawing:
                    self._places, self._pieces, self._stood, self._drawn)  # fmt: skip
 
     def outdated(self) -> list[int]:
-        """The sweeps that were drawn with what is no longer true, and those linked with them, in order."""
-        n, config = len(self._stood), self._config
-        off = self._places[:n] - self._stood
+        """The sweeps that were drawn with what is no longer true, in order."""
+        config = self._config
+        off = self._places[: len(self._stood)] - self._stood
         moved = np.sqrt(off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1]) > config.repaint_m
         moved |= np.abs(wrap(off[:, 2])) > config.repaint_deg * DEGREE
-        old = self._pieces.sweep < n
-        ends = self._pieces.ends - self._drawn[:, :4]
-        far = np.maximum(*(ends[:, k] * ends[:, k] + ends[:, k + 1] * ends[:, k + 1] for k in (0, 2)))
-        changed = (far > config.repaint_m * config.repaint_m) | (self._pieces.nature != self._drawn[:, 4])
-        moved[self._pieces.sweep[old & changed]] = True
-        linked = [
-            k
-            for k in self._near(np.flatnonzero(moved)).tolist()
-            if not moved[k] and bool(moved[self._painted[k].partners].any())
-        ]
-        moved[linked] = True
+        moved[self._pieces.sweep[: self._known][self._redrawn()]] = True
         return [int(k) for k in np.flatnonzero(moved)]
+
+    def _redrawn(self) -> Bools:
+        """Which of the pieces that there were lie visibly elsewhere now, or turned out to be what they were not."""
+        pieces, config = self._pieces.at(slice(self._known)), self._config
+        off = pieces.ends - self._drawn[: self._known, :4]
+        x, y = np.maximum(np.abs(off[:, 0]), np.abs(off[:, 2])), np.maximum(np.abs(off[:, 1]), np.abs(off[:, 3]))
+        far = [(pieces.normal[:, 0] * off[:, k] + pieces.normal[:, 1] * off[:, k + 1]) for k in (0, 2)]
+        moved = (np.abs(far[0]) > config.repaint_m) | (np.abs(far[1]) > config.repaint_m)
+        moved |= np.maximum(x, y) > config.repaint_along_m
+        wall = self._drawn[: self._known, 4] != 0.0
+        return np.asarray(moved | np.where(wall, pieces.nature == POINT, pieces.nature == WALL))
 
     def add(self, sight: Sight, number: int) -> None:
         """Draw a new sweep, the last one."""
         none, rows = np.zeros(0, dtype=np.int64), np.zeros((0, 4))
-        self._painted.append(Painted(sight, none, rows, rows, rows, rows, none, NOTHING))
+        self._painted.append(Painted(sight, none, rows, rows, rows, rows, NOTHING))
         self._shown = np.append(self._shown, False)
         self._stood = np.concatenate([self._stood, self._places[number : number + 1]])
         self.draw([number])
@@ -150,12 +152,13 @@ class _Drawing:
             self._shown[k] = True
             self._stood[k] = self._places[k]
             own = self._pieces.of_sweep(k)
-            self._drawn[own, :4], self._drawn[own, 4] = self._pieces.ends[own], self._pieces.nature[own]
+            self._drawn[own, :4], self._drawn[own, 4] = self._pieces.ends[own], 0.0
+            self._drawn[drawn.walls, 4] = 1.0
             self._change([], [drawn.layer])
 
     def heard_through(self, newest: int) -> list[int]:
         """The sweeps that filled a gap through which the newest one heard a wall."""
-        near = [k for k in self._near(np.array([newest])).tolist() if k != newest]
+        near = [k for k in self._near(newest).tolist() if k != newest]
         rows = [self._painted[k].gaps for k in near]
         if not near:
             return []
@@ -169,13 +172,10 @@ class _Drawing:
             self.grid = changed.shown(self._evidence, self.grid)
             self._evidence = changed
 
-    def _near(self, sweeps: Ints) -> Ints:
-        """The sweeps on the map that may have seen the same things as one of these."""
-        there, around = self._places[: len(self._shown)], self._config.around_m
-        near: Bools = np.zeros(len(there), dtype=bool)
-        for x, y, _ in self._places[sweeps].tolist():
-            near |= (np.abs(there[:, 0] - x) < around) & (np.abs(there[:, 1] - y) < around)
-        return np.flatnonzero(near & self._shown)
+    def _near(self, k: int) -> Ints:
+        """The sweeps on the map that may have seen the same things as sweep `k`."""
+        off = np.abs(self._places[: len(self._shown), :2] - self._places[k, :2])
+        return np.flatnonzero((off < self._config.around_m).all(axis=1) & self._shown)
 
     def _paint(self, k: int) -> Painted:
         """Sweep number `k`, drawn as everything is known now, among those that are painted already."""
@@ -186,7 +186,7 @@ class _Drawing:
         if config.plain_cone:
             return replace(bare, layer=render_cones(sight, pose, config.cell_m))
         own = self._pieces.at(self._pieces.of_sweep(k))
-        near = self._near(np.array([k]))
+        near = self._near(k)
         others = [self._painted[j] for j in near.tolist()]
         around = np.concatenate([np.zeros((0, 4)), *(old.strokes for old in others)])
         shapes = shapes_of(sight, pose, own, around, config.shapes)
@@ -202,33 +202,24 @@ class _Drawing:
             spots=np.concatenate([shapes.foot, cosine[:, None], sine[:, None]], axis=1)[~shapes.told],
         )
         paths = np.concatenate([drawn.paths, *(old.paths for old in others)])
-        links, ends = (_unheard(gaps, paths) for gaps in self._gaps(k, own, drawn, near[near < k]))
-        return replace(
-            drawn,
-            gaps=np.concatenate([links.ends, ends.ends]),
-            partners=np.concatenate([links.sweep, ends.sweep]),
-            layer=render(sight, pose, own, shapes, links, ends, self.grid, config),
-        )
+        gaps = self._gaps(k, own, drawn, near[near < k])
+        gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
+        layer = render(sight, pose, own, shapes, gaps, self.grid, config)
+        return replace(drawn, gaps=gaps.ends, layer=layer)
 
-    def _gaps(self, k: int, own: Pieces, drawn: Painted, older: Ints) -> tuple[Gaps, Gaps]:
+    def _gaps(self, k: int, own: Pieces, drawn: Painted, older: Ints) -> Gaps:
         """Gaps in chains, and between walls and the corners that they end in."""
         config, pieces = self._config, self._pieces
         before = pieces.at(pieces.of_sweeps(older))
         links = chain_gaps(
             own.at(np.flatnonzero(own.nature != POINT)),
             before.at(np.flatnonzero(before.nature != POINT)),
-            self._places,
             config.link_gap_m,
+            config.link,
         )
         seen = [*((j, self._painted[j]) for j in older.tolist()), (k, drawn)]
         rows = np.concatenate([each.spots for _, each in seen])
         numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
         walls = pieces.at(np.concatenate([each.walls for _, each in seen]))
         spots = Spots(rows[:, :2], rows[:, 2:], numbers)
-        ends = end_gaps(walls, spots, k, self._places, config.ends)
-        return links, ends if config.end else ends.at([])
-
-
-def _unheard(gaps: Gaps, paths: Floats) -> Gaps:
-    """The gaps through which nothing was heard: in the others there is no wall."""
-    return gaps.at(~heard_through(gaps.ends, paths))
+        return links.joined(end_gaps(walls, spots, k, config.ends, config.end)) if config.end else links

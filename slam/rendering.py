@@ -14,7 +14,7 @@ from slam.evidence import Layer, cropped
 from slam.geometry import Bools, Pose
 from slam.grid import Cells, Grid
 from slam.links import EndConfig, Gaps
-from slam.paint import Canvas, Point
+from slam.paint import Canvas
 from slam.pieces import Pieces
 from slam.shapes import ShapeConfig, Shapes
 from slam.sight import Sight
@@ -36,8 +36,7 @@ class MapConfig:
     link: int = 40  # between neighbours of a chain
     end: int = 40  # between a wall and the corner it ends in
     alone: int = 1  # a class (iii) reading
-    fan: int = 8  # before what was seen
-    between: int = 8  # before what a gap was filled with
+    fan: int = 8  # before what was seen, or filled
     body: int = 20  # where the robot stood
     alone_free: int = 2  # well before a class (iii) reading
     alone_margin_m: float = 0.40
@@ -49,35 +48,32 @@ class MapConfig:
     body_radius_m: float = 0.16
     core_deg: float = 4.0  # half of a single beam's width that counts
     around_m: float = 6.0  # sweeps farther apart do not see the same things
-    repaint_m: float = 0.015
-    repaint_deg: float = 0.3
+    repaint_m: float = 0.04
+    repaint_along_m: float = 0.10
+    repaint_deg: float = 2.0
     plain_cone: bool = False
     shapes: ShapeConfig = field(default_factory=ShapeConfig)
     ends: EndConfig = field(default_factory=EndConfig)
 
 
-def render(
-    sight: Sight, pose: Pose, own: Pieces, shapes: Shapes, links: Gaps, ends: Gaps, grid: Grid, config: MapConfig
-) -> Layer:
-    """The sweep's evidence: its shapes, its single beams, and the gaps that it helps to close.
+def render(sight: Sight, pose: Pose, own: Pieces, shapes: Shapes, gaps: Gaps, grid: Grid, config: MapConfig) -> Layer:
+    """The sweep's evidence: its shapes, its single beams, and the gaps that it closes.
 
-    `own` are its walls in the map frame; what the grid shows of walls stops fans, and so do
-    the sweep's own.
+    `own` are its walls in the map frame; what the grid shows of walls stops fans, and so do the sweep's own.
     """
     beams = _unblocked(sight, pose, own, config)
-    disc = disc_around(pose.x, pose.y, _points(shapes, beams, links, ends), config.cell_m)
+    disc = disc_around(pose.x, pose.y, _points(shapes, beams, gaps), config.cell_m)
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
-    base = np.where(shapes.wall >= 0, config.wall, config.narrow)
-    canvas.mark(shapes.ends, base + np.minimum(config.near * shapes.support, base // 2))
     known = grid.window(disc.left, disc.bottom, width, height)
+    gaps = gaps.at(_unseen(canvas, known, gaps, config))
+    base = np.where(shapes.wall >= 0, config.wall, config.narrow)
+    weights = base + np.minimum(config.near * shapes.support, base // 2)
+    canvas.mark(np.concatenate([shapes.ends, gaps.ends]), np.concatenate([weights, gaps.weight]))
     solid = np.maximum(known, canvas.occupied) >= config.solid_from
-    _clear(canvas, disc, _profiles(pose, shapes, beams, _stops(disc, solid, config), config), config)
+    _clear(canvas, disc, _profiles(pose, shapes, gaps, beams, _stops(disc, solid, config), config), config)
     if config.alone and len(beams):
         canvas.hint(np.concatenate([beams[:, 4:6], beams[:, 6:8]], axis=1), config.alone)
-    for gaps, weight in ((links, config.link), (ends, config.end)):
-        for k in range(len(gaps.sweep)):
-            _fill(canvas, known, solid, gaps.at([k]), weight, config)
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
 
 
@@ -111,10 +107,9 @@ def _unblocked(sight: Sight, pose: Pose, own: Pieces, config: MapConfig) -> Floa
     return np.asarray(np.concatenate([placed[0], placed[2], placed[3], placed[4]], axis=1)[kept])
 
 
-def _points(shapes: Shapes, beams: Floats, links: Gaps, ends: Gaps) -> Floats:
+def _points(shapes: Shapes, beams: Floats, gaps: Gaps) -> Floats:
     """Points (n, 2) between which everything is painted."""
-    rows = [shapes.ends, beams[:, 4:8], *(each for gaps in (links, ends) for each in (gaps.ends, gaps.stations))]
-    return np.concatenate(rows).reshape(-1, 2)
+    return np.concatenate([shapes.ends, beams[:, 4:8], gaps.ends]).reshape(-1, 2)
 
 
 def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
@@ -125,11 +120,13 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
     return np.asarray(np.maximum(wide - 1.5 * config.cell_m, config.body_radius_m))
 
 
-def _profiles(pose: Pose, shapes: Shapes, beams: Floats, stops: Floats, config: MapConfig) -> tuple[Floats, Floats]:
-    """How far it is free in each direction (BINS,): to a cell and a half before the shapes, and well before what single
-    beams met."""
+def _profiles(
+    pose: Pose, shapes: Shapes, gaps: Gaps, beams: Floats, stops: Floats, config: MapConfig
+) -> tuple[Floats, Floats]:
+    """How far it is free in each direction (BINS,): to a cell and a half before what is drawn, and well before what
+    single beams met."""
     wall = shapes.wall >= 0
-    fans = depths(shapes.ends[wall], pose.x, pose.y).max(axis=0, initial=0.0)
+    fans = depths(np.concatenate([shapes.ends[wall], gaps.ends]), pose.x, pose.y).max(axis=0, initial=0.0)
     core = beams[:, 2:4] - (pose.x, pose.y)
     both = np.concatenate([core, shapes.foot[~wall] - (pose.x, pose.y)])
     bearing, far = dmath.atan2(both[:, 1], both[:, 0]), np.sqrt(both[:, 0] * both[:, 0] + both[:, 1] * both[:, 1])
@@ -148,20 +145,8 @@ def _clear(canvas: Canvas, disc: Disc, profiles: tuple[Floats, Floats], config: 
     canvas.free[disc.ranges < config.body_radius_m] = -config.body
 
 
-def _fill(canvas: Canvas, known: Cells, solid: Bools, gap: Gaps, weight: int, config: MapConfig) -> None:
-    """The wall goes on in the gap, unless too many of the cells there were seen to be free."""
-    cells = canvas.cells_along(gap.ends)
-    if int(np.count_nonzero(known.reshape(-1)[cells] <= -config.veto)) > config.veto_share * len(cells):
-        return
-    (x0, y0, x1, y1), (a, b, c, d) = gap.ends[0].tolist(), gap.stations[0].tolist()
-    here, there = (a, b), (c, d)
-    before = [_before(here, (x0, y0), config.cell_m), _before(there, (x1, y1), config.cell_m)]
-    canvas.clear([there, here, *before], config.between, solid)
-    canvas.mark(gap.ends, np.array([weight]))
-
-
-def _before(here: Point, point: Point, cell_m: float) -> Point:
-    """The point one and a half cells nearer to the robot."""
-    distance = dmath.hypot(point[0] - here[0], point[1] - here[1])
-    part = max(0.0, 1.0 - 1.5 * cell_m / distance) if distance > 0.0 else 0.0
-    return (here[0] + part * (point[0] - here[0]), here[1] + part * (point[1] - here[1]))
+def _unseen(canvas: Canvas, known: Cells, gaps: Gaps, config: MapConfig) -> Bools:
+    """Which of the gaps a wall may fill: too many cells of the others were seen to be free."""
+    cells, number = canvas.along(gaps.ends, 0.25)
+    seen = np.bincount(number[known.reshape(-1)[cells] <= -config.veto], minlength=len(gaps.weight))
+    return np.asarray(seen <= config.veto_share * np.bincount(number, minlength=len(gaps.weight)).astype(np.float64))

@@ -149,10 +149,10 @@ def test_a_disc_tells_direction_and_distance_of_its_cells() -> None:
 def test_gaps_of_a_chain_are_those_to_its_nearest_neighbours() -> None:
     chain = pieces(*(Member(0, k, line(x, 1.0, x + 0.4, 1.0), WALL) for k, x in enumerate((0.0, 0.9, 2.0))))
     newest = Member(0, 3, line(1.5, 1.0, 1.7, 1.0), WALL)
-    found = chain_gaps(pieces(newest), chain, np.zeros((4, 3)), 1.2)
+    found = chain_gaps(pieces(newest), chain, 1.2, 40)
     length = np.abs(found.ends[:, 0] - found.ends[:, 2]).round(3)
-    assert sorted(zip(found.sweep.tolist(), length.tolist(), strict=True)) == [(1, 0.2), (2, 0.3)]
-    assert len(chain_gaps(pieces(replace(newest, chain=1)), chain, np.zeros((4, 3)), 1.2).sweep) == 0
+    assert sorted(length.tolist()) == [0.2, 0.3]
+    assert len(chain_gaps(pieces(replace(newest, chain=1)), chain, 1.2, 40).ends) == 0
 
 
 @pytest.mark.parametrize(
@@ -167,13 +167,13 @@ def test_gaps_of_a_chain_are_those_to_its_nearest_neighbours() -> None:
 )
 def test_a_wall_goes_on_to_the_corner_in_line_with_it(end: Spots, ends: bool) -> None:
     wall = pieces(Member(0, 0, line(0.0, 1.0, 1.0, 1.0), WALL))
-    found = end_gaps(wall, end, 0, np.zeros((1, 3)), EndConfig())
+    found = end_gaps(wall, end, 0, EndConfig(), 40)
     assert found.ends.tolist() == [[1.0, 1.0, *end.point[0].tolist()]] * ends
 
 
 def test_a_corner_ends_the_last_piece_of_a_wall_only() -> None:
     walls = pieces(Member(0, 0, line(0.0, 1.0, 0.5, 1.0), WALL), Member(0, 0, line(0.6, 1.0, 1.0, 1.0), WALL))
-    found = end_gaps(walls, spot(1.5, 1.0, 40.0), 0, np.zeros((1, 3)), EndConfig())
+    found = end_gaps(walls, spot(1.5, 1.0, 40.0), 0, EndConfig(), 40)
     assert found.ends[:, :2].tolist() == [[1.0, 1.0]]
 
 
