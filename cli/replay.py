@@ -1,6 +1,7 @@
 """sonarlog replay."""
 
 import json
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command("replay")
 @click.argument("recording", type=FILE, required=False)
-@click.option("--algorithm", "name", default=None, help="Which algorithm; see `sonarlog algorithms`. Default: paper.")
+@click.option("--algorithm", "name", default=None, help="Which algorithm; see `sonarlog algorithms`. Default: graph.")
 @algorithm_settings
 @click.option(
     "-o",
@@ -108,7 +109,16 @@ def command(
     title = f"{recording.name} {chosen.name}"
     with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
         every = checkpoint_every or 0
-        result = replay(recording, chosen, output, force=force, watcher=watch, checkpoint_every=every, robot=given)
+        result = replay(
+            recording,
+            chosen,
+            output,
+            force=force,
+            watcher=watch,
+            checkpoint_every=every,
+            robot=given,
+            clock=time.thread_time_ns,
+        )
     if folder is not None and output is not None:
         from sonarlog.runs import read_run
 

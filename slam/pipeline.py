@@ -1,6 +1,6 @@
-"""The whole algorithm on one page: Fig. 5 of the paper, one block a line."""
+"""The whole algorithm on one page: Fig. 5 of the paper, one block a line, and its letter when it is done."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 from slam.algorithms import Algorithm
@@ -18,6 +18,9 @@ from slam.reliability import Reliability, analyse_reliability
 from slam.self_calibration import Calibrated, Calibration, self_calibrate
 from slam.sweep import SonarRing, Sweep
 from slam.track import Track
+
+Hear = Callable[[str], None]
+"""Someone who hears the letter of each block of Fig. 5 as it is done; "A" when a sweep comes in."""
 
 
 @dataclass(frozen=True)
@@ -84,25 +87,44 @@ def first_state(ring: SonarRing, algorithm: Algorithm) -> State:
     )
 
 
-def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm) -> Step:
-    """One sweep through the blocks of Fig. 5."""
+def unheard(block: str) -> None:
+    """Nobody listens."""
+
+
+def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm, done: Hear = unheard) -> Step:
+    """One sweep through the blocks of Fig. 5, each of which `done` hears."""
     config = algorithm.config
+    done("A")
     calibrated = self_calibrate(sweep, ring, state.last(sweep.session), state.calibration, config.self_calibration)
+    done("B")
     reliability = analyse_reliability(calibrated, config.reliability)
+    done("C")
     features = extract_features(reliability, config.features)
+    done("D")
     association = algorithm.associate(calibrated, features.walls, state.track, config)
+    done("E")
     localisation, track, learnt = algorithm.localise(calibrated, features.walls, association, state.track, config)
+    done("F")
     posed = post_calibrate(calibrated, reliability, features, localisation.pose)
+    done("G")
     extended, patch = extend_map(state.map, calibrated, reliability, features, track.chains, track.poses, config.map)
+    done("H")
     decision, intent = next_goal(extended.grid, track.poses, state.intent, config.frontier)
+    done("I")
     after = State(track, calibrated.wheels, sweep.session, learnt, extended, intent)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
 
 
-def run(sweeps: Iterable[Sweep], ring: SonarRing, algorithm: Algorithm, state: State | None = None) -> Iterator[Step]:
-    """Step after step, as the sweeps come."""
+def run(
+    sweeps: Iterable[Sweep],
+    ring: SonarRing,
+    algorithm: Algorithm,
+    state: State | None = None,
+    done: Hear = unheard,
+) -> Iterator[Step]:
+    """Step after step, as the sweeps come; `done` hears every block of each."""
     state = state or first_state(ring, algorithm)
     for sweep in sweeps:
-        result = step(state, sweep, ring, algorithm)
+        result = step(state, sweep, ring, algorithm, done)
         state = result.state
         yield result

@@ -42,6 +42,7 @@ class RunCache:
     def __init__(self, folder: Path, limit: int = LIMIT) -> None:
         self.folder, self.limit = folder, limit
         self._out: set[Path] = set()
+        self._made: set[Path] = set()
 
     @classmethod
     def of(cls, environment: Mapping[str, str]) -> "RunCache":
@@ -80,7 +81,12 @@ class RunCache:
             if path.exists():
                 os.replace(path, self.folder / path.name)
                 self._out.add(self.folder / path.name)
+                self._made.add(self.folder / path.name)
         self._shrink()
+
+    def made(self, path: Path) -> bool:
+        """Whether that run was made in this object's life, not kept from before."""
+        return path in self._made
 
     def drop(self, key: str) -> None:
         """Forget the run of that key."""

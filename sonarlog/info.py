@@ -19,6 +19,7 @@ from sonarlog.mcap_file import McapReader
 from sonarlog.recording import layout, open_recording, read_log, recording_digest
 from sonarlog.recording.reader import lost_before
 from sonarlog.sweeps import cut
+from sonarlog.times import BlockTimes, times_in
 
 GAP_NS = 500_000_000
 """So long without odometry is a gap: five packets of a robot that sends ten a second."""
@@ -115,6 +116,7 @@ class RunInfo:
     config: dict[str, Any]
     counts: dict[str, int]
     machine: dict[str, str]
+    times: BlockTimes | None
     damage: tuple[str, ...]
     kind: str = "run"
 
@@ -128,13 +130,14 @@ class RunInfo:
             ("recording", self.recording_digest),
             ("code", self.code_digest),
             ("machine", ", ".join(f"{name} {value}" for name, value in self.machine.items())),
+            ("times", self.times.told() if self.times else "not kept"),
             ("digest", self.digest),
             *(("damage", sentence) for sentence in self.damage),
         ]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        return asdict(self)
+        return {**vars(self), "times": self.times and self.times.as_dict()}
 
 
 def info(path: Path | str) -> RecordingInfo | RunInfo:
@@ -203,6 +206,7 @@ def _run_info(file: McapReader) -> RunInfo:
         config=identity["config"],
         counts=json.loads(run["counts"]),
         machine=file.metadata.get("machine", {}),
+        times=times_in(file.metadata),
         damage=file.damage,
     )
 

@@ -14,16 +14,18 @@ from sonarlog.replay import Watcher, replay
 from sonarlog.revision import HOME, NoSuchCode, code_key, code_of, key_of, replay_with, repository
 from sonarlog.runs import BadRun, Run, read_run
 from sonarlog.sides import RunFile, Version
+from sonarlog.times import Clock
 
 
 class CannotReplay(SonarlogError):
     """A side of a diff that could not be replayed."""
 
 
-def run_of(side: RunFile | Version, cache: RunCache, watcher: Watcher | None = None) -> Run:
+def run_of(side: RunFile | Version, cache: RunCache, watcher: Watcher | None = None, clock: Clock | None = None) -> Run:
     """The run, from its file, from the cache, or made now and kept.
 
-    `watcher` follows a replay with the code at hand. Raises what reading and replaying raise, and NoSuchCode.
+    `watcher` follows a replay with the code at hand, and `clock` times it. Raises what reading and replaying raise, and
+    NoSuchCode.
     """
     if isinstance(side, RunFile):
         return read_run(side.path)
@@ -35,7 +37,7 @@ def run_of(side: RunFile | Version, cache: RunCache, watcher: Watcher | None = N
         except SonarlogError:  # damaged on the disk, or of a newer version
             cache.drop(key)
     with cache.making(key) as path:
-        _make(side, path, watcher)
+        _make(side, path, watcher, clock)
     kept = cache.get(key)
     if kept is None:
         raise BadRun(f"the run of {side.recording} was dropped from {cache.folder} while it was made: try again")
@@ -62,11 +64,12 @@ def run_key(version: Version) -> str:
     return hashlib.blake2b(json.dumps(asked, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 
-def _make(version: Version, path: Path, watcher: Watcher | None) -> None:
+def _make(version: Version, path: Path, watcher: Watcher | None, clock: Clock | None) -> None:
     settings = dict(version.settings)
     where = repository()
     if version.revision is None or key_of(version.revision, where) == code_key(HOME):
-        replay(version.recording, algorithm(version.algorithm or DEFAULT).configured(settings), path, watcher=watcher)
+        chosen = algorithm(version.algorithm or DEFAULT).configured(settings)
+        replay(version.recording, chosen, path, watcher=watcher, clock=clock)
         return
     with code_of(version.revision, where) as code:
         try:

@@ -22,12 +22,16 @@ def code_digest() -> str:
 
 
 def machine_facts() -> dict[str, str]:
-    """Versions, platform and git state: true of this run, and no part of its result."""
+    """Versions, platform and git state: true of this run, and no part of its result.
+
+    `host` tells one machine from another without naming it.
+    """
     return {
         "sonarlog": __version__,
         "python": platform.python_version(),
         "numpy": metadata.version("numpy"),
         "platform": f"{sys.platform} {platform.machine()}",
+        "host": hashlib.blake2b(platform.node().encode(), digest_size=4).hexdigest(),
         **_git_facts(Path(slam.__path__[0])),
     }
 

@@ -1,6 +1,6 @@
 """Replay: a recording through the pipeline, sweep by sweep, into a run.
 
-Must not know: files' formats, viewers, clocks.
+Must not know: files' formats, viewers, which clock there is.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ import numpy as np
 from slam import pipeline
 from slam.algorithms import Algorithm
 from slam.geometry import Pose
-from slam.pipeline import Step
+from slam.pipeline import Hear, Step, unheard
 from sonarlog.accounting import TWICE, check
 from sonarlog.digest import RunDigest
 from sonarlog.errors import SonarlogError
@@ -24,6 +24,7 @@ from sonarlog.recording import read_log
 from sonarlog.robot import Robot
 from sonarlog.runs import RunWriter, identify
 from sonarlog.sweeps import Cut, CutConfig, cut
+from sonarlog.times import Clock, Stopwatch
 
 
 class Watcher(Protocol):
@@ -61,12 +62,14 @@ def replay(
     watcher: Watcher | None = None,
     checkpoint_every: int = 0,
     robot: Robot | None = None,
+    clock: Clock | None = None,
 ) -> Replayed:
     """Replay a recording and write the run (None: only its digest is made).
 
     With `checkpoint_every` the run keeps the whole state after so many sweeps, again and again. A `robot` is taken
-    instead of the recording's own. `watcher` sees the log before the first step, and each step as it comes. Raises
-    NoSweeps, and what reading the recording and writing the run raise; a run that fails leaves no file.
+    instead of the recording's own. `watcher` sees the log before the first step, and each step as it comes. With a
+    `clock` the run keeps what each block took, beside the result. Raises NoSweeps, and what reading the recording and
+    writing the run raise; a run that fails leaves no file.
     """
     log = read_log(recording, robot)
     sweeps = sweeps_of(log, recording, cutting)
@@ -74,13 +77,14 @@ def replay(
     identity = identify(log.digest, algorithm, robot)
     result = RunDigest(identity.asked())
     decisions = Reproduction(log.decisions, algorithm)
+    watch = Stopwatch(clock) if clock else None
     run = None
     if output is not None:
         run = RunWriter(output, identity, recording=recording, force=force, checkpoint_every=checkpoint_every)
     with run or nullcontext() as writer:
         if watcher:
             watcher.begin(log, len(sweeps.sweeps))
-        for step in replay_sweeps(log, sweeps, algorithm):
+        for step in replay_sweeps(log, sweeps, algorithm, watch or unheard):
             digests = result.add(step)
             decisions.add(step)
             truth = true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference]))
@@ -89,13 +93,13 @@ def replay(
             if watcher:
                 watcher.step(step, truth)
         if writer:
-            writer.finish(result, step.state, counts, log.surfaces)
+            writer.finish(result, step.state, counts, log.surfaces, watch.times() if watch else None)
     return Replayed(result.result(), len(sweeps.sweeps), counts, log.missing, decisions.result())
 
 
-def replay_sweeps(log: Log, sweeps: Cut, algorithm: Algorithm) -> Iterator[Step]:
-    """Step after step of the log's sweeps."""
-    return pipeline.run(sweeps.sweeps, log.robot.ring(), algorithm)
+def replay_sweeps(log: Log, sweeps: Cut, algorithm: Algorithm, done: Hear = unheard) -> Iterator[Step]:
+    """Step after step of the log's sweeps; `done` hears every block of each."""
+    return pipeline.run(sweeps.sweeps, log.robot.ring(), algorithm, done=done)
 
 
 def sweeps_of(log: Log, recording: Path, cutting: CutConfig | None = None) -> Cut:

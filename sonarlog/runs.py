@@ -1,7 +1,7 @@
 """Runs: what one replay of one recording with one algorithm and configuration made, as an MCAP file.
 
 The file opens in Rerun and Foxglove by itself (map, path, walls, text) and holds every step's values and digests.
-What must be equal on every machine stands in the metadata `run`, facts about the machine in `machine`.
+What must be equal on every machine stands in the metadata `run`, facts about the machine in `machine` and `times`.
 """
 
 import io
@@ -29,6 +29,7 @@ from sonarlog.provenance import code_digest, machine_facts
 from sonarlog.robot import Robot
 from sonarlog.run_topics import RunTopics
 from sonarlog.step_data import chains_of, final_data, final_of, pose_data, pose_of, step_data
+from sonarlog.times import TIMES, BlockTimes, times_in
 
 SURFACES = "surfaces.json"
 FINAL = "final.json"
@@ -96,7 +97,7 @@ class Run:
     """A run read back.
 
     `poses` and `chains` are all sweeps' poses and all walls as they were known at the end; the poses as they were found
-    at the time stand in `sweeps`.
+    at the time stand in `sweeps`. `times` is what the blocks took, if the run keeps it.
     """
 
     path: Path
@@ -110,6 +111,7 @@ class Run:
     surfaces: Surfaces | None
     poses: tuple[Pose, ...]
     chains: Chains
+    times: BlockTimes | None = None
 
     @cached_property
     def truth(self) -> Truth | None:
@@ -175,8 +177,15 @@ class RunWriter:
             state = self._count.to_bytes(4, "little") + canonical(step.state)
             self._writer.write(self._checkpoints, data["t_ns"], state)
 
-    def finish(self, result: RunDigest, state: State, counts: Mapping[str, int], surfaces: Surfaces | None) -> None:
-        """Write the final map, path and walls, the digests and the metadata."""
+    def finish(
+        self,
+        result: RunDigest,
+        state: State,
+        counts: Mapping[str, int],
+        surfaces: Surfaces | None,
+        times: BlockTimes | None = None,
+    ) -> None:
+        """Write the final map, path and walls, the digests and the metadata, with what the blocks took, if known."""
         run = {
             "version": str(VERSION),
             "identity": json.dumps(asdict(self._identity), sort_keys=True),
@@ -192,6 +201,8 @@ class RunWriter:
             self._writer.attachment(SURFACES, "application/json", surfaces.to_json())
         self._writer.metadata("run", run)
         self._writer.metadata("machine", machine_facts() | {"recording": self._recording})
+        if times is not None:
+            self._writer.metadata(TIMES, times.as_metadata())
 
     def _write_grid(self, grid: Grid) -> None:
         cells, left, bottom = grid.dense()
@@ -245,6 +256,7 @@ def read_run(path: Path | str) -> Run:
         surfaces=Surfaces.from_json(surfaces.data) if surfaces else None,
         poses=poses,
         chains=chains,
+        times=times_in(reader.metadata),
     )
 
 
