@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cli.main import run as sonarlog
-from slam.algorithms import algorithm
+from slam.algorithms import DEFAULT, algorithm
 from slam.pipeline import State
 from sonarlog.canonical import canonical, read_canonical
 from sonarlog.checkpoints import read_checkpoints, stretch_is_same, stretches
@@ -61,8 +61,8 @@ def test_no_checkpoint_and_another_recording_are_the_users_fault(
 
 def test_every_stretch_is_checked_by_itself(run: Run, short_recording: Path) -> None:
     assert [(each.begin, each.end) for each in stretches(run)] == [(0, 1), (1, 2), (2, 3)]
-    assert all(stretch_is_same(short_recording, algorithm("paper"), run.path, k) for k in range(3))
-    other = algorithm("paper").configured({"association.a1_deg": 0.001})
+    assert all(stretch_is_same(short_recording, algorithm(DEFAULT), run.path, k) for k in range(3))
+    other = algorithm(DEFAULT).configured({"graph.gate": 0.001})
     assert not stretch_is_same(short_recording, other, run.path, 1)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from cli.main import COMMANDS, run
+from slam.algorithms import DEFAULT
 from sonarlog.log import Surfaces
 from sonarlog.mcap_file import McapWriter
 from sonarlog.recording import RecordingWriter, read_log
@@ -99,7 +100,7 @@ def test_replay(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
         run(["replay", "short.mcap", "--config", "good.toml", "--set", "map.wall=35", "--json", "--export", "x"]) == 0
     )
     said = json.loads(capsys.readouterr().out)
-    assert (said["run"], said["sweeps"]) == ("short.paper.run.mcap", SCANS)
+    assert (said["run"], said["sweeps"]) == (f"short.{DEFAULT}.run.mcap", SCANS)
     made = read_run(here / said["run"])
     assert said["digest"] == made.digest
     assert (made.identity.config["association.d1_m"], made.identity.config["map.wall"]) == (0.25, 35)
@@ -161,7 +162,7 @@ def test_algorithms(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["algorithms", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert list(told) == names
-    assert [name for name in told if told[name]["default"]] == ["paper"]
+    assert [name for name in told if told[name]["default"]] == [DEFAULT]
     assert run(["algorithms", "literal"]) == 0
     assert "localisation.shift_price = 0.0" in capsys.readouterr().out
 
@@ -186,7 +187,7 @@ def test_import_and_replay_of_driving_sweeps(here: Path, capsys: pytest.CaptureF
 
 def test_an_output_is_overwritten_with_force(here: Path) -> None:
     assert run(["replay", "short.mcap", "-o", "raw.mcap", "--force", "-q", "--export", "made"]) == 0
-    assert read_run(here / "raw.mcap").identity.algorithm == "paper"
+    assert read_run(here / "raw.mcap").identity.algorithm == DEFAULT
     assert (here / "made" / "map.yaml").read_text(encoding="utf-8").startswith("image: map.pgm")
 
 
