@@ -14,9 +14,10 @@ from slam.dmath import Floats
 from slam.geometry import Pose
 from slam.grid import Grid
 from slam.intent import Block, Intent
-from slam.lookouts import Places, lookouts, nearest
 from slam.planning import STRAIGHT, Cell, Ground, Path, Ways, find_path, least
-from slam.regions import Ranks, frontier_of, pieces_of, ranks_of
+from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
+from slam.sweep import Ints
+from slam.views import Views, views_of
 
 ROUND = 16
 """Waves of the search for ways between two looks at what may still win."""
@@ -31,14 +32,14 @@ class FrontierConfig:
     piece_m: float = 1.0  # regions are cut into pieces so large
     robot_radius_m: float = 0.18
     margin_m: float = 0.10
-    clear_m: float = 0.25  # a way that keeps so much more off walls, and off the unknown, costs half
-    view_m: float = 0.7  # from so far away a region may be looked at
-    far_view_m: float = 1.5  # the same, when nothing else is left
-    settle_m: float = 0.5  # added to every way: a near goal is not infinitely good
-    min_gain_m2: float = 0.08
-    most_gain_m2: float = 2.0  # a region that promises more is not better
-    looked_share: float = 0.5  # what is left of a region's worth each time that it was looked at and is still there
-    stood_m: float = 0.35  # nearer than this to a scan there need not be another
+    clear_m: float = 0.35  # a way that keeps so much more off walls, and off the unknown, costs half
+    settle_m: float = 0.7  # added to every way: a near goal is not infinitely good
+    min_gain_m2: float = 0.2  # for less no robot moves …
+    min_gain_m2_per_m: float = 0.04  # … nor for less a metre
+    apart_m: float = 0.45  # nearer than this to a scan there is no other
+    most_gain_m2: float = 2.0  # a view that promises more is not better
+    vain_m: float = 0.5  # so near to where the robot could not get to …
+    vain_share: float = 0.4  # … a view is worth so much less, each time
     stay: float = 1.3  # what the goal chosen before is worth more
     leg_m: float = 0.9  # from scan to scan where nobody stood before
     known_leg_m: float = 1.8  # where the walls were seen from near the next place already
@@ -49,19 +50,19 @@ class FrontierConfig:
 
 @dataclass(frozen=True)
 class Region:
-    """A piece of frontier: how many cells, its middle (x, y) m, the m² it would show, and the cell to go to, if any."""
+    """A piece of frontier: its cells, its middle (x, y) m, and the m² that the best view near it would show."""
 
     cells: int
     centre: tuple[float, float]
     gain_m2: float
-    target: tuple[int, int] | None
 
 
 @dataclass(frozen=True)
 class Decision:
     """The regions, largest first; the chosen one (None: nothing reachable is unknown) and the path (k, 2) m to it.
 
-    The next scan is due at point `leg` of the path; `length_m` is the way to the goal. `blocks` were in the way.
+    The path leads to a view of the region, `length_m` away, that would show `gain_m2`; the next scan is due at its
+    point `leg`. `blocks` were in the way.
     """
 
     frontier_cells: int
@@ -70,6 +71,7 @@ class Decision:
     path: Floats
     leg: int = 0
     length_m: float = 0.0
+    gain_m2: float = 0.0
     blocks: tuple[Block, ...] = ()
 
 
@@ -82,8 +84,8 @@ def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: Front
         decision = _decided(grid, poses, known, config)
     if decision.chosen is None:
         return decision, replace(known, goal=None, leg=None)
-    goal = decision.regions[decision.chosen].centre
-    return decision, replace(known, goal=goal, leg=decision.path[: decision.leg + 1])
+    x, y = decision.path[-1].tolist()
+    return decision, replace(known, goal=(x, y), leg=decision.path[: decision.leg + 1])
 
 
 def ground_of(ranks: Ranks, blocks: tuple[Block, ...], config: FrontierConfig) -> Ground:
@@ -141,52 +143,65 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
         return nothing
     frontier = frontier_of(ranks)
     pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / grid.cell_m + 0.5))
+    if len(pieces.sizes) == 0:
+        return nothing
     ground = ground_of(ranks, blocks, config)
     start = ground.cell(poses[-1].x, poses[-1].y)
-    centres = np.stack([pieces.columns + ranks.left, pieces.rows + ranks.bottom], axis=1) + 0.5
-    centres = centres.astype(np.float64) * grid.cell_m
-    stations = np.array([(pose.x, pose.y) for pose in poses] + [(each.x, each.y) for each in known.vain])
-    done = Places(stations, config.stood_m)
-    targets = lookouts(pieces, ground, start, config.view_m, done)
-    chosen, path = _best(_worth(pieces.gains, centres, stations, known, config), targets, ground, start, config)
-    if chosen is None:  # what cannot be reached may be seen better from the nearest place that can
-        targets = nearest(pieces, ground, start, config.far_view_m, done)
-        chosen, path = _best(np.minimum(pieces.gains, config.most_gain_m2), targets, ground, start, config)
-    regions = tuple(
-        Region(size, (x, y), gain, target)
-        for size, (x, y), gain, target in zip(
-            pieces.sizes.tolist(), centres.tolist(), pieces.gains.tolist(), targets, strict=True
-        )
-    )
-    if chosen is None or path is None:
+    stations = np.array([(pose.x, pose.y) for pose in poses])
+    reached = ground.reached(start)
+    views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, config.apart_m)
+    cells = list(zip(views.rows.tolist(), views.columns.tolist(), strict=True))
+    best, path = _best(_worth(views, ranks, known, config), cells, ground, start, config)
+    regions, of = _regions(pieces, views, ranks)
+    if best is None or path is None:
         return Decision(frontier.bit_count(), regions, None, nothing.path, blocks=blocks)
     leg = _leg(path.points, poses, config)
-    return Decision(frontier.bit_count(), regions, chosen, path.points, leg, path.length_m, blocks)
+    gain = float(views.gains[best])
+    return Decision(frontier.bit_count(), regions, int(of[best]), path.points, leg, path.length_m, gain, blocks)
 
 
-def _worth(gains: Floats, centres: Floats, stations: Floats, before: Intent, config: FrontierConfig) -> Floats:
-    """What each piece is worth before the way to it: what it would show, unless looking there has not helped."""
-    near = dmath.hypot(centres[:, :1] - stations[:, 0], centres[:, 1:] - stations[:, 1]) < config.view_m
-    worth = np.minimum(gains, config.most_gain_m2)
-    looked = np.count_nonzero(near, axis=1)
-    for times in range(1, int(looked.max(initial=0)) + 1):
-        worth = np.where(looked >= times, worth * config.looked_share, worth)
+def _regions(pieces: Pieces, views: Views, ranks: Ranks) -> tuple[tuple[Region, ...], Ints]:
+    """The regions, and for each view the region that is nearest to it."""
+    dr, dc = views.rows[:, None] - pieces.rows, views.columns[:, None] - pieces.columns
+    of = np.argmin(dr * dr + dc * dc, axis=1)
+    gains = np.zeros(len(pieces.sizes))
+    np.maximum.at(gains, of, views.gains)
+    centres = _points(pieces.rows, pieces.columns, ranks)
+    seen = zip(pieces.sizes.tolist(), centres.tolist(), gains.tolist(), strict=True)
+    return tuple(Region(size, (x, y), gain) for size, (x, y), gain in seen), of
+
+
+def _points(rows: Ints, columns: Ints, ranks: Ranks) -> Floats:
+    """The middles (n, 2) of cells, metres."""
+    cells = np.stack([columns + ranks.left, rows + ranks.bottom], axis=1).astype(np.float64)
+    return (cells + 0.5) * ranks.cell_m
+
+
+def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) -> Floats:
+    """What each view is worth before the way to it: what it would show, less where the way was in vain before."""
+    places = _points(views.rows, views.columns, ranks)
+    worth = np.minimum(views.gains, config.most_gain_m2)
+    for each in known.vain:
+        near = dmath.hypot(places[:, 0] - each.x, places[:, 1] - each.y) < config.vain_m
+        for _ in range(each.times):
+            worth = np.where(near, worth * config.vain_share, worth)
     worth = np.where(worth < config.min_gain_m2, 0.0, worth)
-    if before.goal is not None:
-        same = dmath.hypot(centres[:, 0] - before.goal[0], centres[:, 1] - before.goal[1]) < 0.5 * config.piece_m
+    if known.goal is not None:
+        same = dmath.hypot(places[:, 0] - known.goal[0], places[:, 1] - known.goal[1]) < config.vain_m
         worth = np.where(same, worth * config.stay, worth)
     return np.asarray(worth)
 
 
 def _best(
-    worth: Floats, targets: list[Cell | None], ground: Ground, start: Cell, config: FrontierConfig
+    worth: Floats, targets: list[Cell], ground: Ground, start: Cell, config: FrontierConfig
 ) -> tuple[int | None, Path | None]:
-    """The piece that is worth most for the way to it, and the way; of equals the first."""
-    left = [k for k, target in enumerate(targets) if target is not None and worth[k] > 0.0]
-    cells = {k: targets[k] or start for k in left}
+    """The place that is worth most for the way to it, and the way; of equals the first."""
+    left = np.flatnonzero(worth > 0.0).tolist()
+    cells = {k: targets[k] for k in left}
     ways = Ways(ground, start, list(cells.values()))
     straight = {k: least(start, cell) for k, cell in cells.items()}
-    best: tuple[float, int] = (0.0, 0)
+    best: tuple[float, int] = (config.min_gain_m2_per_m, 0)
+    found = False
     more = True
     while left:
         waiting = []
@@ -195,16 +210,16 @@ def _best(
             # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
             length_m = (max(straight[k], ways.reached) if cost is None else cost) / STRAIGHT * ground.cell_m
             value = float(worth[k]) / (length_m + config.settle_m)
-            if cost is not None:
-                best = max(best, (value, -k))
-            elif value >= best[0]:
+            if cost is not None and value >= best[0]:
+                best, found = max(best, (value, -k)), True
+            elif cost is None and value >= best[0]:
                 waiting.append(k)
         left = waiting
         if not more:
             break
         for _ in range(ROUND if left else 0):
             more = ways.go_on()
-    return (-best[1], ways.path(cells[-best[1]])) if best[0] > 0.0 else (None, None)
+    return (-best[1], ways.path(cells[-best[1]])) if found else (None, None)
 
 
 def _leg(path: Floats, poses: tuple[Pose, ...], config: FrontierConfig) -> int:

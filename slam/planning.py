@@ -12,7 +12,6 @@ from slam.boards import as_bytes
 from slam.components import labelled_runs
 from slam.dmath import Floats
 from slam.geometry import Bools
-from slam.sweep import Ints
 
 START = 6
 """The start may lie this many cells inside cells that are not passable."""
@@ -66,12 +65,16 @@ class Ground:
             board |= line << k * self.stride
         return (board & ~self.passable & ~self.solid) | 1 << (row * self.stride + column)
 
-    def reachable(self, start: Cell, places: Ints) -> Bools:
-        """Which of these passable places, row · stride + column, there is a way to."""
+    def reached(self, start: Cell) -> Bools:
+        """The passable cells that there is a way to, (height · stride,)."""
         begins, ends, numbers = labelled_runs(self.passable | self.about(start), self.stride)
-        run = np.searchsorted(begins, places, side="right") - 1
         home = int(np.searchsorted(begins, start[0] * self.stride + start[1], side="right")) - 1
-        return np.asarray((run >= 0) & (places < ends[run]) & (numbers[run] == numbers[home]))
+        borders = np.zeros(self.shape[0] * self.stride + 1, dtype=np.int8)
+        same = numbers == numbers[home]
+        borders[begins[same]] = 1
+        borders[ends[same]] = -1
+        mine = np.cumsum(borders[:-1]) > 0
+        return np.asarray(mine & np.frombuffer(as_bytes(self.passable, self.stride, self.shape[0]), dtype=np.bool_))
 
 
 @dataclass(frozen=True)

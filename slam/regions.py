@@ -1,23 +1,17 @@
-"""Frontier regions: where free cells meet the unknown, cut into pieces of a metre, and how much each would show.
+"""Frontier regions: where free cells meet the unknown, cut into pieces of a metre.
 
 Must not know: ways, what was decided before.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from slam import dmath
 from slam.boards import as_bytes, board, stride_of, within
 from slam.components import labelled_runs
-from slam.dmath import PI, Floats
 from slam.geometry import Bools
 from slam.grid import Grid
 from slam.sweep import Ints
-
-RAYS, STEPS, STEP_M = 32, 15, 0.10
-"""Rays about a region's middle along which the unknown is counted."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +35,11 @@ class Ranks:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces of frontier, largest first: cells of each, its middle cell (row, column), and m² it would show."""
+    """Pieces of frontier, largest first: cells of each, and its middle cell (row, column)."""
 
     sizes: Ints
     rows: Ints
     columns: Ints
-    gains: Floats
 
 
 def ranks_of(grid: Grid, chink: int, spare: int) -> Ranks | None:
@@ -75,7 +68,8 @@ def pieces_of(frontier: int, ranks: Ranks, smallest: int, piece: int) -> Pieces:
     """The 8-connected clusters of the frontier, cut along lines `piece` cells apart; those of so many cells or more."""
     begins, ends, numbers = labelled_runs(frontier, ranks.stride)
     lengths = ends - begins
-    places = np.repeat(ends - np.cumsum(lengths), lengths) + np.arange(int(lengths.sum()))
+    run = np.repeat(ends - np.cumsum(lengths), lengths)
+    places = run + np.arange(len(run))
     rows, columns = np.divmod(places, ranks.stride)
     # Lines of the grid, not of the board, which begins elsewhere as the grid grows.
     tiles = (rows + ranks.bottom) // piece * (1 << 20) + (columns + ranks.left) // piece
@@ -91,26 +85,4 @@ def pieces_of(frontier: int, ranks: Ranks, smallest: int, piece: int) -> Pieces:
     large = np.flatnonzero(sizes >= smallest)
     large = large[np.lexsort((large, -sizes[large]))]
     rows, columns = rows[nearest[large]], columns[nearest[large]]
-    return Pieces(sizes[large], rows, columns, _gains(rows, columns, ranks))
-
-
-def _gains(rows: Ints, columns: Ints, ranks: Ranks) -> Floats:
-    """m² of unknown that can be seen from each cell, nothing occupied between."""
-    dr, dc = _rays(ranks.cell_m)
-    r, c = rows[:, None, None] + dr, columns[:, None, None] + dc
-    inside = (r >= 0) & (r < ranks.shape[0]) & (c >= 0) & (c < ranks.shape[1])
-    r, c = np.where(inside, r, 0), np.where(inside, c, 0)
-    blocked = np.logical_or.accumulate(ranks.array(ranks.occupied)[r, c] & inside, axis=2)
-    seen = (ranks.array(ranks.unknown)[r, c] | ~inside) & ~blocked
-    area = STEP_M * STEP_M * 2.0 * PI / RAYS  # of one step of one ray at the distance of one step
-    counted = np.cumsum(np.where(seen, np.arange(1, STEPS + 1), 0).reshape(len(rows), RAYS * STEPS), axis=1)
-    return np.asarray(counted[:, -1] * area) if len(rows) else np.zeros(0)
-
-
-@cache
-def _rays(cell_m: float) -> tuple[Ints, Ints]:
-    """Rows and columns (RAYS, STEPS) of the rays' cells about a cell."""
-    sine, cosine = dmath.sincos((np.arange(RAYS) + 0.5) * (2.0 * PI / RAYS))
-    reach = (np.arange(STEPS) + 1.0) * (STEP_M / cell_m)
-    rows, columns = (np.rint(part[:, None] * reach).astype(np.int64) for part in (sine, cosine))
-    return rows, columns
+    return Pieces(sizes[large], rows, columns)

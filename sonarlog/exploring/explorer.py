@@ -148,8 +148,8 @@ class Explorer(Mover):
         points = carried(path, step)
         waited_ns: int | None = None
         self._stalled = False
-        at = 0
-        while True:
+        at, session = 0, self._session
+        while session == self._session:  # else nobody knows where the path lies
             at, aim, left = _ahead(points, at, self._here.x, self._here.y)
             if left < 0.06:
                 break

@@ -53,7 +53,7 @@ def described(step: Step) -> str:
         return f"{seen}; {corrected}; nowhere to go"
     region = decision.regions[decision.chosen]
     x, y = region.centre
-    why = f"{region.gain_m2:.1f} m² to see for {decision.length_m:.1f} m"
+    why = f"{decision.gain_m2:.1f} m² to see for {decision.length_m:.1f} m"
     return f"{seen}; {corrected}; to the frontier at ({x:.1f}, {y:.1f}) m, {why}"
 
 

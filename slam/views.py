@@ -1,0 +1,101 @@
+"""Views: what a scan from a place would show, going by what has been looked at already and is still unknown.
+
+A look from near tells more of a cell than one from afar, and what many looks did not show the next one hardly will.
+Must not know: ways, regions, what is chosen.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from slam import dmath
+from slam.dmath import PI, Floats
+from slam.geometry import Bools
+from slam.regions import Ranks
+from slam.sweep import Ints
+
+RAYS, STEPS, STEP_M = 32, 15, 0.10
+LATTICE = 8
+"""Cells from one place that is weighed to the next."""
+
+BLOCK = 4
+"""Cells a side of the blocks that looks are counted for."""
+
+NEAR_M, FAR_M = 0.6, 1.0
+"""A look from so near tells as much as three, one from so far as two, one from further as one."""
+
+SCALE = 1024
+LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
+"""How much of a cell's unknown is left after so many looks, of SCALE."""
+
+
+@dataclass(frozen=True)
+class Views:
+    """Places (n,) as rows and columns, and the m² that a scan there would show."""
+
+    rows: Ints
+    columns: Ints
+    gains: Floats
+
+
+def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations: Floats, apart_m: float) -> Views:
+    """Places on a lattice that are `reached`, a scan from which might show what is behind the frontier (rows, columns).
+
+    `stations` (k, 2) in metres are where the robot has scanned; the places keep so far off these.
+    """
+    rows, columns = _lattice(ranks, reached)
+    y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
+    dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
+    away = (dx * dx + dy * dy >= apart_m * apart_m).all(axis=1)
+    rows, columns = rows[away], columns[away]
+    dr, dc = rows[:, None] - frontier[0], columns[:, None] - frontier[1]
+    reach = int(STEPS * STEP_M / ranks.cell_m * 0.8)
+    near = (dr * dr + dc * dc <= reach * reach).any(axis=1)
+    rows, columns = rows[near], columns[near]
+    return Views(rows, columns, _gains(rows, columns, ranks, _left(ranks, stations)))
+
+
+def _lattice(ranks: Ranks, reached: Bools) -> tuple[Ints, Ints]:
+    """Rows and columns; on lines of the grid, not of the board, which begins elsewhere as the grid grows."""
+    rows = np.arange(-ranks.bottom % LATTICE, ranks.shape[0], LATTICE)
+    columns = np.arange(-ranks.left % LATTICE, ranks.shape[1], LATTICE)
+    there = reached.reshape(ranks.shape[0], ranks.stride)[rows[:, None], columns]
+    r, c = np.nonzero(there)
+    return rows[r], columns[c]
+
+
+def _left(ranks: Ranks, stations: Floats) -> Ints:
+    """How much of each cell's unknown (h, stride) is left, of SCALE; nothing of cells that are known."""
+    height, width = -(-ranks.shape[0] // BLOCK), -(-ranks.stride // BLOCK)
+    y = ((np.arange(height) + 0.5) * BLOCK + ranks.bottom) * ranks.cell_m
+    x = ((np.arange(width) + 0.5) * BLOCK + ranks.left) * ranks.cell_m
+    dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
+    square = (dy * dy)[:, None, :] + (dx * dx)[None, :, :]
+    near, middle, far = (np.count_nonzero(square < m * m, axis=2) for m in (NEAR_M, FAR_M, STEPS * STEP_M))
+    looks = near + middle + far
+    left = np.array(LEFT, dtype=np.int64)[np.minimum(looks, len(LEFT) - 1)]
+    cells = np.repeat(np.repeat(left, BLOCK, axis=0), BLOCK, axis=1)[: ranks.shape[0], : ranks.stride]
+    return np.asarray(np.where(ranks.array(ranks.unknown), cells, 0))
+
+
+def _gains(rows: Ints, columns: Ints, ranks: Ranks, left: Ints) -> Floats:
+    """m² of unknown that each place would show, nothing occupied between."""
+    dr, dc, area = _rays(ranks.cell_m)
+    r, c = rows[:, None, None] + dr, columns[:, None, None] + dc
+    inside = (r >= 0) & (r < ranks.shape[0]) & (c >= 0) & (c < ranks.shape[1])
+    r, c = np.where(inside, r, 0), np.where(inside, c, 0)
+    clear = ~np.logical_or.accumulate(ranks.array(ranks.occupied)[r, c] & inside, axis=2)
+    worth = np.where(inside, left[r, c], LEFT[0]) * area * clear
+    total = np.cumsum(worth.reshape(len(rows), RAYS * STEPS), axis=1)[:, -1] if len(rows) else np.zeros(0)
+    return np.asarray(total * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
+
+
+@cache
+def _rays(cell_m: float) -> tuple[Ints, Ints, Ints]:
+    """Rows and columns (RAYS, STEPS) of the rays' cells about a cell, and three times their area's share (STEPS,)."""
+    sine, cosine = dmath.sincos((np.arange(RAYS) + 0.5) * (2.0 * PI / RAYS))
+    reach = (np.arange(STEPS) + 1.0) * STEP_M
+    rows, columns = (np.rint(part[:, None] * (reach / cell_m)).astype(np.int64) for part in (sine, cosine))
+    told = np.where(reach < NEAR_M, 3, np.where(reach < FAR_M, 2, 1))
+    return rows, columns, np.arange(1, STEPS + 1) * told

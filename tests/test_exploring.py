@@ -1,0 +1,256 @@
+"""A robot that explores a chamber: how it ends, what it records, how a replay decides, and what may disturb it."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cli.main import run
+from slam.algorithms import algorithm
+from slam.geometry import Pose
+from slam.intent import PATIENCE, Intent
+from sonarlog.connection import Again
+from sonarlog.decode import WireDecoder
+from sonarlog.exploring.coverage import mapped_share, reach_of, short_tour_m
+from sonarlog.exploring.explorer import SECOND, Explorer, Limits
+from sonarlog.exploring.live_sweeps import LiveSweeps
+from sonarlog.log import Log
+from sonarlog.protocol.commands import Command, encode_command
+from sonarlog.protocol.packets import STOP_BUTTON, Packet, Reset, Sip
+from sonarlog.recorder import Plan, Recorder, RouteHalted
+from sonarlog.recording import RecordingWriter, open_recording, read_log
+from sonarlog.recording.reader import read_wire
+from sonarlog.replay import replay, replay_sweeps, sweeps_of
+from sonarlog.sim.link import open_sim
+from sonarlog.sim.physics import Acoustics, Physics
+from sonarlog.sim.world import Pole, World, load_world
+from sonarlog.sweeps import cut
+from sonarlog.transport import Link
+from tests.test_recorder import clearance
+from tests.test_recorder_line import Bench
+
+CHAMBER = Path(__file__).parent / "data" / "chamber.toml"
+URL = f"sim://{CHAMBER}?seed=1"
+GRAPH = algorithm("graph")
+
+
+def explore(path: Path, link: Link, limits: Limits, stop: Callable[[], bool] = lambda: False) -> tuple[Explorer, Log]:
+    made: list[Explorer] = []
+
+    def explorer(robot: object) -> Explorer:
+        made.append(Explorer(robot, GRAPH, limits))  # type: ignore[arg-type]
+        return made[0]
+
+    with RecordingWriter(path, started_wall_ns=SECOND, command_line="test", config={}, force=True) as writer:
+        plan = Plan(mover=explorer, recovers=True, rate=1.0001)
+        again = Again(lambda: link, lambda _s: None)
+        Recorder(link, writer, plan, wall_ns=link.now_ns, again=again).run(stop)
+    return made[0], read_log(path)
+
+
+@pytest.fixture(scope="module")
+def explored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Explorer, Log]:
+    path = tmp_path_factory.mktemp("explored") / "a.mcap"
+    return (path, *explore(path, open_sim(URL), Limits(come_back=True)))
+
+
+def test_it_ends_by_itself_has_seen_all_touched_nothing_and_is_back(explored: tuple[Path, Explorer, Log]) -> None:
+    path, explorer, log = explored
+    assert explorer.ended == "nothing reachable is unknown"
+    assert log.truth is not None
+    assert clearance(log) > 0.2
+    assert np.hypot(*log.truth.pose[-1, :2]) < 0.4
+    *_, last = replay_sweeps(log, sweeps_of(log, path), GRAPH)
+    assert mapped_share(last.state.grid, Pose(0.0, 0.0, 0.0), reach_of(load_world(str(CHAMBER)), 0.18)) > 0.95
+    texts = [event.text for event in log.events]
+    assert any("m² to see for" in text for text in texts)
+    assert "the exploration is back at its start" in texts
+
+
+def test_a_replay_takes_the_same_decisions(explored: tuple[Path, Explorer, Log], tmp_path: Path) -> None:
+    path, explorer, log = explored
+    replayed = replay(path, GRAPH, None)
+    assert replayed.sweeps == len(log.decisions) == explorer.sweeps
+    assert replayed.reproduced is not None
+    assert replayed.reproduced.same
+    assert replayed.reproduced.told() == f"all {explorer.sweeps} decisions of graph {GRAPH.version} are reproduced"
+    assert run(["replay", str(path), "-o", str(tmp_path / "a.run.mcap"), "-q"]) == 0
+    assert run(["verify", str(tmp_path / "a.run.mcap"), "-q"]) == 0
+
+
+def test_other_decisions_are_told_one_by_one(explored: tuple[Path, Explorer, Log]) -> None:
+    other = replay(explored[0], algorithm("odometry"), None).reproduced
+    assert other is not None
+    assert other.same  # for it need not be
+    assert other.told().startswith(f"taken by graph {GRAPH.version}; decision ")
+
+
+def test_a_decision_that_was_altered_is_found(explored: tuple[Path, Explorer, Log], tmp_path: Path) -> None:
+    from sonarlog.exploring.reproduction import Reproduction
+
+    path, _, log = explored
+    told = [json.loads(text) for text in log.decisions]
+    told[1]["goal"][0] += 0.1
+    again = Reproduction([json.dumps(each) for each in told], GRAPH)
+    for step in replay_sweeps(log, sweeps_of(log, path), GRAPH):
+        again.add(step)
+    result = again.result()
+    assert result is not None
+    assert not result.same
+    assert result.told().startswith("decision 1: it was to go to the frontier at")
+
+
+def test_sweeps_cut_as_they_come_are_those_that_a_replay_cuts(explored: tuple[Path, Explorer, Log]) -> None:
+    path, _, log = explored
+    decoder, live, found = WireDecoder(log.robot), LiveSweeps(log.robot), []
+    for k, (t_ns, direction, data) in enumerate(read_wire(open_recording(path))):
+        for sample in decoder.feed(t_ns, data) if direction == "rx" else ():
+            live.hear(sample)
+        found += live.take() if k % 7 == 0 else []
+    found += live.take()
+    expected = cut(log).sweeps
+    assert len(found) == len(expected)
+    for mine, yours in zip(found, expected, strict=True):
+        assert (mine.session, mine.reference) == (yours.session, yours.reference)
+        assert all(np.array_equal(getattr(mine, name), getattr(yours, name)) for name in ("t_ns", "sonar", "range_mm"))
+
+
+@pytest.mark.parametrize(
+    ("limits", "ended"),
+    [
+        (Limits(max_time_ns=40 * SECOND), "the time is up"),
+        (Limits(max_distance_m=0.5), r"0\.\d m are driven|1\.\d m are driven"),
+        (Limits(min_volts=14.0), "the battery is low: 13.0 V"),
+    ],
+)
+def test_it_ends_where_it_is_told_to(limits: Limits, ended: str, tmp_path: Path) -> None:
+    import re
+
+    explorer, log = explore(tmp_path / "a.mcap", open_sim(URL), limits)
+    assert re.fullmatch(ended, explorer.ended)
+    assert log.events[-1].text == "the robot is stopped and closed"
+
+
+def bench(change: Callable[[Packet], Packet | None] = lambda packet: packet) -> Bench:
+    made = Bench(change=change)
+    made._sim = open_sim(URL)
+    made.now_ns = made._sim.now_ns
+    return made
+
+
+def test_a_reset_on_the_way_is_scanned_again_and_goes_on(tmp_path: Path) -> None:
+    sips = 0
+
+    def change(packet: Packet) -> Packet:
+        nonlocal sips
+        sips += isinstance(packet, Sip)
+        if isinstance(packet, Sip) and sips == 345:  # on its way to the second station
+            line.write(encode_command(Command.CLOSE))
+            return Reset()
+        return packet
+
+    line = bench(change)
+    explorer, log = explore(tmp_path / "a.mcap", line, Limits())
+    assert log.odometry.session.max() == 1
+    assert explorer.ended == "nothing reachable is unknown"
+    assert clearance(log) > 0.2
+    reproduced = replay(tmp_path / "a.mcap", GRAPH, None).reproduced
+    assert reproduced is not None
+    assert reproduced.same
+
+
+def test_silence_stops_it_and_then_it_goes_on(tmp_path: Path) -> None:
+    sips = 0
+
+    def change(packet: Packet) -> Packet | None:
+        nonlocal sips
+        sips += isinstance(packet, Sip)
+        return None if 345 <= sips < 375 else packet
+
+    explorer, log = explore(tmp_path / "a.mcap", bench(change), Limits())
+    texts = [event.text for event in log.events]
+    assert "no SIP any more: the robot is told to stop" in texts
+    assert "the robot is heard again" in texts
+    assert explorer.ended == "nothing reachable is unknown"
+    reproduced = replay(tmp_path / "a.mcap", GRAPH, None).reproduced
+    assert reproduced is not None
+    assert reproduced.same
+
+
+def test_the_stop_button_halts_it(tmp_path: Path) -> None:
+    sips = 0
+
+    def press(packet: Packet) -> Packet:
+        nonlocal sips
+        sips += isinstance(packet, Sip)
+        return replace(packet, flags=packet.flags | STOP_BUTTON) if isinstance(packet, Sip) and sips > 350 else packet
+
+    with pytest.raises(RouteHalted, match="STOP button"):
+        explore(tmp_path / "a.mcap", bench(press), Limits())
+    assert len(read_log(tmp_path / "a.mcap").decisions) == 1
+
+
+def test_something_put_in_the_way_is_not_touched(tmp_path: Path) -> None:
+    """A post appears 0.6 m before the robot while it drives."""
+    link = open_sim(URL)
+    robot, put = link.robot, False
+    read = link.read
+
+    def reading(timeout_s: float) -> bytes:
+        nonlocal put
+        x, y, _ = (value / 1e6 for value in robot.true_pose)
+        if not put and x > 0.3:
+            put = True
+            post = Pole(x + 0.75, y, 0.1, robot.world.walls[0].material)
+            world = World("chamber", "", "", robot.world.walls, (post,))
+            robot._sonars._physics = Physics(world, Acoustics(), 1)
+            robot._body._poles = [(post.x, post.y, post.radius)]
+            robot._body._room = 0.0
+            posts.append(post)
+        return read(timeout_s)
+
+    posts: list[Pole] = []
+    link.read = reading  # type: ignore[method-assign]
+    explorer, log = explore(tmp_path / "a.mcap", link, Limits(max_time_ns=400 * SECOND))
+    assert log.truth is not None
+    if posts:
+        far = np.hypot(log.truth.pose[:, 0] - posts[0].x, log.truth.pose[:, 1] - posts[0].y)
+        assert far.min() > 0.1 + 0.18
+    assert not any("stalled" in event.text for event in log.events)
+    assert explorer.ended
+
+
+def test_a_way_that_proves_blocked_is_remembered_and_after_a_while_forgotten() -> None:
+    leg = np.column_stack([np.linspace(0.0, 1.0, 21), np.zeros(21)])
+    before = Intent(goal=(2.0, 0.0), leg=leg)
+    assert before.after(Pose(0.95, 0.0, 0.0), 5, 12) == replace(before)
+    stopped = before.after(Pose(0.3, 0.02, 0.0), 5, 12)
+    (block,) = stopped.blocks
+    assert (block.x, block.y) == pytest.approx((0.65, 0.0), abs=0.06)
+    assert (stopped.vain[0].x, stopped.vain[0].y) == (2.0, 0.0)
+    assert stopped.after(Pose(9.0, 9.0, 0.0), 17, 12).blocks
+    assert not stopped.after(Pose(9.0, 9.0, 0.0), 18, 12).blocks
+    often = stopped
+    for sweep in range(6, 6 + PATIENCE):
+        often = often.after(Pose(0.3, 0.02, 0.0), sweep, 12)
+    assert often.forgiving().blocks == often.blocks
+    assert not stopped.forgiving().blocks
+
+
+def test_the_command_line_records_and_sums_up(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.mcap"
+    assert run(["explore", "--port", URL, "-o", str(path), "--max-time", "10", "--lean"]) == 0
+    said = capfd.readouterr().err
+    assert "station 0: " in said
+    assert "scans, " in said
+    assert "the time is up" in said
+    assert run(["explore", "--port", "sim://nowhere", "-o", str(tmp_path / "b.mcap")]) == 2
+
+
+def test_the_bound_of_a_tour_and_the_reach_of_a_robot() -> None:
+    reach = reach_of(load_world(str(CHAMBER)), 0.18)
+    assert reach.body.sum() * 0.05**2 == pytest.approx(4 * 2 + 1.2 * 0.9, rel=0.03)
+    assert 0.8 < short_tour_m(reach) < 4.0
