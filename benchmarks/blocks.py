@@ -1,65 +1,48 @@
 """Processor time of each block of a replay, sweep by sweep, the digests and the writing of the run among them.
 
-The blocks are timed where the pipeline calls them, so nothing is done that a replay does not do.
+The blocks are timed as any replay times them, so nothing is done that a replay does not do.
 """
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from slam import pipeline
 from slam.algorithms import Algorithm
 from slam.pipeline import Step
 from sonarlog.digest import RunDigest
 from sonarlog.recording import read_log
 from sonarlog.replay import replay_sweeps, sweeps_of
 from sonarlog.runs import RunWriter, identify
-
-BLOCKS = {
-    "B": "self_calibrate",
-    "C": "analyse_reliability",
-    "D": "extract_features",
-    "G": "post_calibrate",
-    "H": "extend_map",
-    "I": "next_goal",
-}
-"""Blocks that are functions of the pipeline's; E and F come with the algorithm."""
+from sonarlog.times import Stopwatch
 
 
 @dataclass
 class Times:
-    """Seconds: of reading and cutting, and by block of every sweep; `whole` of everything of each sweep."""
+    """Seconds: of reading and cutting, and of everything of each sweep; by block as `watch` heard it."""
 
     reading: float = 0.0
-    blocks: dict[str, list[float]] = field(default_factory=dict)
     whole: list[float] = field(default_factory=list)
+    watch: Stopwatch = field(default_factory=lambda: Stopwatch(time.process_time_ns))
+    beside: dict[str, list[float]] = field(default_factory=dict)
+
+    @property
+    def blocks(self) -> dict[str, list[float]]:
+        """Seconds of every sweep by block, and of what is done beside the blocks."""
+        return {block: [ns / 1e9 for ns in taken] for block, taken in self.watch.taken_ns.items()} | self.beside
 
     def timed(self, name: str, work: Callable[..., Any]) -> Callable[..., Any]:
-        """The same function, its time added."""
+        """The same function, its time added to what is done beside the blocks."""
 
-        def timing(*arguments: Any, **named: Any) -> Any:
+        def timing(*arguments: Any) -> Any:
             begin = time.process_time()
             try:
-                return work(*arguments, **named)
+                return work(*arguments)
             finally:
-                self.blocks.setdefault(name, []).append(time.process_time() - begin)
+                self.beside.setdefault(name, []).append(time.process_time() - begin)
 
         return timing
-
-
-@contextmanager
-def _watched(times: Times) -> Iterator[None]:
-    own = {name: getattr(pipeline, name) for name in BLOCKS.values()}
-    try:
-        for letter, name in BLOCKS.items():
-            setattr(pipeline, name, times.timed(letter, own[name]))
-        yield
-    finally:
-        for name, work in own.items():
-            setattr(pipeline, name, work)
 
 
 def measure(
@@ -71,21 +54,17 @@ def measure(
     log = read_log(recording)
     cut = sweeps_of(log, recording)
     times.reading = time.process_time() - begin
-    chosen = replace(
-        algorithm,
-        associate=times.timed("E", algorithm.associate),
-        localise=times.timed("F", algorithm.localise),
-    )
+    chosen = replace(cut, sweeps=cut.sweeps[:sweeps])
     identity = identify(log.digest, algorithm)
     result = RunDigest(identity.asked())
-    with _watched(times), RunWriter(run, identity, recording=recording, force=True) as writer:
+    with RunWriter(run, identity, recording=recording, force=True) as writer:
         add, write = times.timed("digests", result.add), times.timed("writing", writer.add)
         begin = time.process_time()
-        for number, step in enumerate(replay_sweeps(log, replace(cut, sweeps=cut.sweeps[:sweeps]), chosen)):
+        for number, step in enumerate(replay_sweeps(log, chosen, algorithm, times.watch)):
             write(step, add(step), result)
             now = time.process_time()
             times.whole.append(now - begin)
             begin = now
             each(number, times)
-        writer.finish(result, step.state, log.counts, log.surfaces)
+        writer.finish(result, step.state, log.counts, log.surfaces, times.watch.times())
     return times, step
