@@ -37,7 +37,7 @@ def smooth(
     """The pose of this sweep, the track with all poses as they are known now, and what was learnt of the wheels."""
     found = association.pose or calibrated.predicted
     sweep = len(track.poses)
-    graph = _with_sweep(track.graph, calibrated, found)
+    graph = _with_sweep(track.graph, calibrated, found, config.graph)
     before = graph.seen.copy()
     graph, touched = _with_sightings(graph, sweep, walls, association, calibrated.calibration.ring_bearing)
     first = sweep - config.graph.window + 1
@@ -63,11 +63,11 @@ def smooth(
     return localisation, Track(poses, chains, graph), learnt
 
 
-def _with_sweep(graph: Graph, calibrated: Calibrated, pose: Pose) -> Graph:
+def _with_sweep(graph: Graph, calibrated: Calibrated, pose: Pose, config: GraphConfig) -> Graph:
     motion = calibrated.motion or Motion(0.0, 0.0, 0.0, 0.0, 0.0)
     known = calibrated.calibration
     # What the sweeps by themselves say of the rotation, loosened: their arcs share the quantisation of their bearings.
-    information = float(known.normal[0, 0]) + 1.0 / (0.01 * 0.01)
+    information = float(known.normal[0, 0]) + 1.0 / (config.rotation_sigma * config.rotation_sigma)
     prior = np.array([known.rotation_scale, 1.5 / dmath.sqrt(information)])
     errors = graph.errors
     if not len(graph.poses):
