@@ -49,6 +49,8 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "frontier.min_cells": (1, LIMIT),
     "frontier.chink_cells": (0, 20),
     "frontier.piece_m": (0.1, 10.0),
+    "frontier.apart_m": (0.05, 10.0),
+    "frontier.close_m": (0.05, 10.0),
     "frontier.settle_m": (0.01, 100.0),
     "frontier.vain_share": (0.0, 1.0),
     "frontier.stay": (1.0, 10.0),

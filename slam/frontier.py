@@ -35,8 +35,10 @@ class FrontierConfig:
     clear_m: float = 0.35  # a way that keeps so much more off walls, and off the unknown, costs half
     settle_m: float = 0.7  # added to every way: a near goal is not infinitely good
     min_gain_m2: float = 0.2  # for less no robot moves …
-    min_gain_m2_per_m: float = 0.04  # … nor for less a metre
-    apart_m: float = 0.45  # nearer than this to a scan there is no other
+    min_gain_m2_per_m: float = 0.08  # … nor for less a metre
+    apart_m: float = 0.45  # nearer than this to a scan there is no other …
+    close_m: float = 0.22  # … but this near, where nothing else is left
+    close_gain_m2: float = 0.4
     most_gain_m2: float = 2.0  # a view that promises more is not better
     vain_m: float = 0.5  # so near to where the robot could not get to …
     vain_share: float = 0.4  # … a view is worth so much less, each time
@@ -149,9 +151,12 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     start = ground.cell(poses[-1].x, poses[-1].y)
     stations = np.array([(pose.x, pose.y) for pose in poses])
     reached = ground.reached(start)
-    views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, config.apart_m)
-    cells = list(zip(views.rows.tolist(), views.columns.tolist(), strict=True))
-    best, path = _best(_worth(views, ranks, known, config), cells, ground, start, config)
+    for apart_m, least_m2 in ((config.apart_m, config.min_gain_m2), (config.close_m, config.close_gain_m2)):
+        views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, apart_m)
+        cells = list(zip(views.rows.tolist(), views.columns.tolist(), strict=True))
+        best, path = _best(_worth(views, ranks, known, least_m2, config), cells, ground, start, config)
+        if best is not None:
+            break
     regions, of = _regions(pieces, views, ranks)
     if best is None or path is None:
         return Decision(frontier.bit_count(), regions, None, nothing.path, blocks=blocks)
@@ -177,7 +182,7 @@ def _points(rows: Ints, columns: Ints, ranks: Ranks) -> Floats:
     return (cells + 0.5) * ranks.cell_m
 
 
-def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) -> Floats:
+def _worth(views: Views, ranks: Ranks, known: Intent, least_m2: float, config: FrontierConfig) -> Floats:
     """What each view is worth before the way to it: what it would show, less where the way was in vain before."""
     places = _points(views.rows, views.columns, ranks)
     worth = np.minimum(views.gains, config.most_gain_m2)
@@ -185,7 +190,7 @@ def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) ->
         near = dmath.hypot(places[:, 0] - each.x, places[:, 1] - each.y) < config.vain_m
         for _ in range(each.times):
             worth = np.where(near, worth * config.vain_share, worth)
-    worth = np.where(worth < config.min_gain_m2, 0.0, worth)
+    worth = np.where(worth < least_m2, 0.0, worth)
     if known.goal is not None:
         same = dmath.hypot(places[:, 0] - known.goal[0], places[:, 1] - known.goal[1]) < config.vain_m
         worth = np.where(same, worth * config.stay, worth)

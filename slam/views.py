@@ -16,9 +16,6 @@ from slam.regions import Ranks
 from slam.sweep import Ints
 
 RAYS, STEPS, STEP_M = 32, 15, 0.10
-LATTICE = 8
-"""Cells from one place that is weighed to the next."""
-
 BLOCK = 4
 """Cells a side of the blocks that looks are counted for."""
 
@@ -40,11 +37,12 @@ class Views:
 
 
 def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations: Floats, apart_m: float) -> Views:
-    """Places on a lattice that are `reached`, a scan from which might show what is behind the frontier (rows, columns).
+    """Places that are `reached`, a scan from which might show what is behind the frontier (rows, columns).
 
-    `stations` (k, 2) in metres are where the robot has scanned; the places keep so far off these.
+    `stations` (k, 2) in metres are where the robot has scanned; the places keep `apart_m` off these, and stand nearly
+    as far from one another.
     """
-    rows, columns = _lattice(ranks, reached)
+    rows, columns = _lattice(ranks, reached, max(1, int(0.9 * apart_m / ranks.cell_m)))
     y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
     dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
     away = (dx * dx + dy * dy >= apart_m * apart_m).all(axis=1)
@@ -56,10 +54,10 @@ def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations
     return Views(rows, columns, _gains(rows, columns, ranks, _left(ranks, stations)))
 
 
-def _lattice(ranks: Ranks, reached: Bools) -> tuple[Ints, Ints]:
+def _lattice(ranks: Ranks, reached: Bools, step: int) -> tuple[Ints, Ints]:
     """Rows and columns; on lines of the grid, not of the board, which begins elsewhere as the grid grows."""
-    rows = np.arange(-ranks.bottom % LATTICE, ranks.shape[0], LATTICE)
-    columns = np.arange(-ranks.left % LATTICE, ranks.shape[1], LATTICE)
+    rows = np.arange(-ranks.bottom % step, ranks.shape[0], step)
+    columns = np.arange(-ranks.left % step, ranks.shape[1], step)
     there = reached.reshape(ranks.shape[0], ranks.stride)[rows[:, None], columns]
     r, c = np.nonzero(there)
     return rows[r], columns[c]
