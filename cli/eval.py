@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import FILE, as_json
+from cli.options import FILE, as_json, quiet
 
 if TYPE_CHECKING:
+    from cli.progress import Advance
     from slam.geometry import Pose
     from sonarlog.evaluation import Evaluation
+    from sonarlog.map_metrics import TruePlace
     from sonarlog.metrics import PathErrors
     from sonarlog.truth import Reference
 
@@ -42,8 +44,15 @@ MAP = (
 )
 @click.option("--start", metavar="X,Y,DEG", help="Where in --truth-map the path starts, if no true poses are known.")
 @as_json
+@quiet
 def command(
-    files: tuple[Path, ...], truth: Path | None, sheet: Path | None, offset_s: float, start: str | None, as_json: bool
+    files: tuple[Path, ...],
+    truth: Path | None,
+    sheet: Path | None,
+    offset_s: float,
+    start: str | None,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
     """Hold runs against the truth: errors of path and map, also as ratios to raw odometry.
 
@@ -56,23 +65,19 @@ def command(
       sonarlog eval real.paper.run.mcap --truth mocap.tum --truth-map floor.yaml --json
       sonarlog eval other-slam.tum --truth recordings/corridor.mcap
     """
-    from sonarlog.evaluation import SCHEMA, evaluate, reference_of_run, track_of_run, track_of_tum
-    from sonarlog.runs import read_run
+    from cli.progress import progress
+    from sonarlog.evaluation import SCHEMA
     from sonarlog.true_map import read_true_map
-    from sonarlog.truth import NoTruth, read_tum
 
-    given = _reference(truth, offset_s) if truth else None
-    true_map = read_true_map(sheet) if sheet else None
     place = _place(start)
+    with progress("reading the truth, kB", quiet=quiet) as advance:
+        given = _reference(truth, offset_s, advance) if truth else None
+    true_map = read_true_map(sheet) if sheet else None
     found = []
-    for file in files:
-        if file.suffix == ".tum":
-            if given is None:
-                raise NoTruth(f"{file} is a path alone: name its truth with --truth FILE.tum or --truth RECORDING.mcap")
-            found.append(evaluate(track_of_tum(str(file), read_tum(file)), given, true_map))
-        else:
-            run = read_run(file)
-            found.append(evaluate(track_of_run(run), given or reference_of_run(run), true_map, place))
+    with progress("judging", quiet=quiet) as advance:
+        for number, file in enumerate(files):
+            advance(number, len(files))
+            found.append(_judged(file, given, true_map, place))
     if as_json:
         data = {"schema": SCHEMA, "truth": truth and str(truth), "truth_map": sheet and str(sheet)}
         click.echo(json.dumps({**data, "runs": [each.as_dict() for each in found]}, indent=2, allow_nan=False))
@@ -80,12 +85,29 @@ def command(
         _tell(found)
 
 
-def _reference(path: Path, offset_s: float) -> "Reference":
+def _judged(file: Path, given: "Reference | None", true_map: "TruePlace | None", place: "Pose | None") -> "Evaluation":
+    from sonarlog.evaluation import evaluate, reference_of_run, track_of_run, track_of_tum
+    from sonarlog.runs import read_run
+    from sonarlog.truth import NoTruth, read_tum
+
+    if file.suffix != ".tum":
+        run = read_run(file)
+        return evaluate(track_of_run(run), given or reference_of_run(run), true_map, place)
+    if given is None:
+        raise NoTruth(f"{file} is a path alone: name its truth with --truth FILE.tum or --truth RECORDING.mcap")
+    return evaluate(track_of_tum(str(file), read_tum(file)), given, true_map)
+
+
+def _reference(path: Path, offset_s: float, advance: "Advance") -> "Reference":
     """True poses by the file's name: a recording or TUM lines."""
     from sonarlog.recording import read_log
     from sonarlog.truth import Reference, read_tum, reference_of_log
 
-    found = reference_of_log(path, read_log(path)) if path.suffix == ".mcap" else Reference(str(path), read_tum(path))
+    if path.suffix == ".mcap":
+        log = read_log(path, watch=lambda done, size: advance(done // 1000, size // 1000))
+        found = reference_of_log(path, log)
+    else:
+        found = Reference(str(path), read_tum(path))
     return found.shifted(round(offset_s * 1e9))
 
 

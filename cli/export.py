@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from cli.options import FILE, force
+from cli.options import FILE, force, quiet
 
 if TYPE_CHECKING:
     from sonarlog.exports.tum import WhichPath
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     "-o", "--output", type=FILE, help="Where to; - is stdout. Default: by the file's name, in the working folder."
 )
 @force
-def command(file: Path, form: str, which: "WhichPath | None", output: Path | None, force: bool) -> None:
+@quiet
+def command(file: Path, form: str, which: "WhichPath | None", output: Path | None, force: bool, quiet: bool) -> None:
     """Write a RECORDING or a RUN as plain files for other programs.
 
     \b
@@ -45,12 +46,14 @@ def command(file: Path, form: str, which: "WhichPath | None", output: Path | Non
       sonarlog export corridor.paper.run.mcap --format map -o corridor.yaml
       sonarlog export recordings/corridor.mcap --format tum --path truth -o - | head
     """
+    from cli.progress import progress
     from sonarlog.export import Asked, export_file
 
     where: Path | TextIO | None = sys.stdout if output == Path("-") else output
     asked = Asked(file, form, which, where, force)
     try:
-        missing = export_file(asked)
+        with progress("exporting, %", quiet=quiet or output == Path("-")) as advance:
+            missing = export_file(asked, advance)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read has read enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

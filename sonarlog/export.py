@@ -14,7 +14,7 @@ from sonarlog.exports.files import CannotExport, NotExported, check_free, write_
 from sonarlog.exports.ros_map import write_map, write_true_map
 from sonarlog.exports.tables import log_json, pose_lines, run_json, wall_lines
 from sonarlog.exports.tum import WhichPath, log_tum, run_tum
-from sonarlog.mcap_file import McapReader
+from sonarlog.mcap_file import McapReader, Watch
 from sonarlog.recording import read_log
 from sonarlog.runs import read_run
 from sonarlog.scores import draw_runs
@@ -24,6 +24,8 @@ SUFFIXES = {
     "csv": ".csv", "tum": ".tum", "carmen": ".log", "map": ".yaml", "png": ".png", "walls": ".walls.csv",
     "json": ".json",
 }  # fmt: skip
+READ = 70
+"""So much of a hundred parts of the work is reading a recording; the rest is writing it."""
 OF_A_RECORDING = ("csv", "carmen", "tum", "map", "json")
 OF_A_RUN = ("csv", "tum", "map", "png", "walls", "json")
 
@@ -65,8 +67,10 @@ class Asked:
         return [self.target, self.target.with_suffix(".pgm")] if self.form == "map" else [self.target]
 
 
-def export_file(asked: Asked) -> tuple[str, ...]:
+def export_file(asked: Asked, watch: Watch | None = None) -> tuple[str, ...]:
     """Write a recording or a run in the form that is asked for; in sentences, what is not in it.
+
+    `watch` hears how many of a hundred parts of a recording are done.
 
     Raises NotExported, CannotExport, CannotDraw, and what reading the file raises.
     """
@@ -83,7 +87,7 @@ def export_file(asked: Asked) -> tuple[str, ...]:
         )
     check_free(asked.made, force=asked.force)
     if not is_run:
-        return _recording(asked)
+        return _recording(asked, watch or (lambda _done, _count: None))
     _run(asked)
     return ()
 
@@ -105,8 +109,8 @@ def _run(asked: Asked) -> None:
         write_lines(lines[asked.form](), asked.target)
 
 
-def _recording(asked: Asked) -> tuple[str, ...]:
-    log = read_log(asked.file)
+def _recording(asked: Asked, watch: Watch) -> tuple[str, ...]:
+    log = read_log(asked.file, watch=lambda done, count: watch(READ * done // count, 100))
     if asked.form == "map":
         if log.surfaces is None or log.truth is None:
             raise NotExported(f"{asked.file} does not know its true surfaces: replay it, and export the run's map")
@@ -119,7 +123,10 @@ def _recording(asked: Asked) -> tuple[str, ...]:
         "carmen": lambda: carmen_lines(log, cut(log).sweeps if len(log.odometry.t_ns) else ()),
         "tum": lambda: log_tum(asked.file, log, asked.which or "odometry"),
     }
-    write_lines(lines[asked.form](), asked.target)
+    most = max(1, len(log.odometry.t_ns) + len(log.readings.t_ns))
+    write_lines(
+        lines[asked.form](), asked.target, lambda line: watch(READ + (100 - READ) * min(line, most) // most, 100)
+    )
     breaks = int(log.odometry.session.max(initial=0))
     if asked.form in ("csv", "carmen", "tum") and breaks:
         return (

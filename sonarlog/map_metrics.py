@@ -141,10 +141,17 @@ def _in_sight(points: Floats, surfaces: Surfaces, stations: Floats) -> Floats:
     for station in stations:
         near = np.flatnonzero(~seen & (np.hypot(*(points - station).T) <= SEEN_M))
         clear = np.ones(len(near), dtype=bool)
-        for wall in surfaces.segments:
+        for wall in _near(surfaces.segments, station):
             clear &= ~_crossed(station, points[near], wall)
         seen[near[clear]] = True
     return points[seen]
+
+
+def _near(walls: Floats, station: Floats) -> Floats:
+    """Those walls (k, 4) that may stand in the way within sight of a station: their box comes as near as that."""
+    low = np.minimum(walls[:, :2], walls[:, 2:]) - SEEN_M
+    high = np.maximum(walls[:, :2], walls[:, 2:]) + SEEN_M
+    return np.asarray(walls[((low <= station) & (station <= high)).all(axis=1)])
 
 
 def _crossed(station: Floats, points: Floats, wall: Floats) -> Bools:

@@ -178,8 +178,9 @@ def _lines(walls: Floats, min_length_m: float) -> dict[int, int]:
     """For each wall of a line that is long enough, the first wall of that line."""
     groups: dict[int, list[int]] = {}
     for k, wall in enumerate(walls):
-        ends = wall.reshape(2, 2)
-        first = next((g for g in groups if float(_beside(ends, walls[g]).max()) <= ONE_LINE_M), k)
+        firsts = list(groups)
+        off = np.maximum(*(_beside(end, walls[firsts]) for end in wall.reshape(2, 2)))
+        first = next((firsts[g] for g in np.flatnonzero(off <= ONE_LINE_M)), k)
         groups.setdefault(first, []).append(k)
     return {
         wall: first
@@ -189,10 +190,11 @@ def _lines(walls: Floats, min_length_m: float) -> dict[int, int]:
     }
 
 
-def _beside(points: Floats, wall: Floats) -> Floats:
-    """Distance of points (n, 2) from the infinite line of a wall (4,)."""
-    (dx, dy), length = wall[2:] - wall[:2], float(np.hypot(*(wall[2:] - wall[:2])))
-    return np.asarray(np.abs((points[:, 1] - wall[1]) * dx - (points[:, 0] - wall[0]) * dy) / length)
+def _beside(point: Floats, walls: Floats) -> Floats:
+    """Distance of a point (2,) from the infinite line of each wall (k, 4)."""
+    x0, y0, x1, y1 = walls.T
+    across = (point[1] - y0) * (x1 - x0) - (point[0] - x0) * (y1 - y0)
+    return np.asarray(np.abs(across) / np.hypot(x1 - x0, y1 - y0))
 
 
 def chain_straightness(chains: Chains, min_length_m: float = 3.0) -> list[MappedWall]:
@@ -222,17 +224,13 @@ def _mapped_wall(wall: int, pieces: list[Floats]) -> MappedWall:
 
 def _shown(ends: Floats, walls: Floats) -> int | None:
     """The wall along which a piece (2, 2) lies, the nearest of several; None: it shows no wall."""
-    best: tuple[float, int] | None = None
-    along = ends[1] - ends[0]
-    for k in range(len(walls)):
-        way, middle = walls[k, 2:] - walls[k, :2], ends.mean(axis=0) - walls[k, :2]
-        length = float(np.hypot(*way))
-        off, place = float(_beside(ends, walls[k]).max()), float(middle @ way) / length
-        turned = float(np.arctan2(abs(along[0] * way[1] - along[1] * way[0]), abs(along @ way)))
-        fits = off <= BESIDE_M and -BESIDE_M <= place <= length + BESIDE_M and turned <= PARALLEL_RAD
-        if fits and (best is None or off < best[0]):
-            best = (off, k)
-    return best[1] if best else None
+    way, middle, along = walls[:, 2:] - walls[:, :2], ends.mean(axis=0) - walls[:, :2], ends[1] - ends[0]
+    length = np.hypot(way[:, 0], way[:, 1])
+    place = (middle[:, 0] * way[:, 0] + middle[:, 1] * way[:, 1]) / length
+    turned = np.arctan2(np.abs(along[0] * way[:, 1] - along[1] * way[:, 0]), np.abs(way @ along))
+    off = np.maximum(*(_beside(end, walls) for end in ends))
+    fits = (off <= BESIDE_M) & (place >= -BESIDE_M) & (place <= length + BESIDE_M) & (turned <= PARALLEL_RAD)
+    return int(np.where(fits, off, np.inf).argmin()) if fits.any() else None
 
 
 def _wrapped(angle: Floats) -> Floats:

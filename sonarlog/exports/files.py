@@ -1,11 +1,13 @@
 """Writing exports: nothing is overwritten unasked, and what cannot be written whole leaves nothing."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
 from sonarlog.errors import SonarlogError
+
+WATCHED_LINES = 1000
 
 
 class CannotExport(SonarlogError):
@@ -23,13 +25,23 @@ def check_free(paths: Sequence[Path], *, force: bool) -> None:
         raise CannotExport(f"{taken[0]} exists and is not overwritten: name another file, or give --force")
 
 
-def write_lines(lines: Iterable[str], target: Path | TextIO) -> None:
-    """Write a text file, or to a stream that is open already. Raises CannotExport for a file."""
+def write_lines(lines: Iterable[str], target: Path | TextIO, watch: Callable[[int], None] | None = None) -> None:
+    """Write a text file, or to a stream that is open already. Raises CannotExport for a file.
+
+    `watch` hears now and then how many lines are written.
+    """
     if isinstance(target, Path):
         with writing([target]), target.open("w", encoding="utf-8", newline="\n") as stream:
-            stream.writelines(f"{line}\n" for line in lines)
+            stream.writelines(_ended(lines, watch))
     else:
-        target.writelines(f"{line}\n" for line in lines)
+        target.writelines(_ended(lines, watch))
+
+
+def _ended(lines: Iterable[str], watch: Callable[[int], None] | None) -> Iterator[str]:
+    for number, line in enumerate(lines):
+        if watch and number % WATCHED_LINES == 0:
+            watch(number)
+        yield f"{line}\n"
 
 
 @contextmanager

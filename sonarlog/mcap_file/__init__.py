@@ -1,7 +1,8 @@
 """MCAP files, written whole or not at all and read with every checksum on: the only door to the `mcap` library."""
 
 from sonarlog.mcap_file.copy import Copied, copy
-from sonarlog.mcap_file.reader import MAGIC, CannotRead, McapMessage, McapReader, NotMcap, StoredFile
+from sonarlog.mcap_file.reader import CannotRead, McapMessage, McapReader, NotMcap, StoredFile, Watch
+from sonarlog.mcap_file.walk import MAGIC
 from sonarlog.mcap_file.writer import PARTIAL, CannotWrite, McapWriter, OutputExists, partial_path
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "NotMcap",
     "OutputExists",
     "StoredFile",
+    "Watch",
     "copy",
     "partial_path",
 ]

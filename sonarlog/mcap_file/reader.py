@@ -3,6 +3,7 @@
 Must not know: what the messages mean, robots, runs.
 """
 
+import os
 import struct
 import zlib
 from collections.abc import Callable, Collection, Iterator
@@ -25,6 +26,8 @@ MESSAGE_HEAD = struct.Struct("<H4xQ8x")  # channel, sequence number, log time, p
 FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary's begin, its offsets' begin, its CRC
 
 R = TypeVar("R")
+Watch = Callable[[int, int], None]
+"""Hears how much is done, and of how much."""
 
 
 class CannotRead(SonarlogError):
@@ -104,10 +107,13 @@ class McapReader:
         """Messages of these topics (None: all) in ascending log_time, ties in file order."""
         return sorted(self.stream(topics), key=lambda message: message.log_time_ns)
 
-    def stream(self, topics: Collection[str] | None = None) -> Iterator[McapMessage]:
-        """Messages of these topics (None: all) in file order, without holding the file in memory."""
+    def stream(self, topics: Collection[str] | None = None, watch: Watch | None = None) -> Iterator[McapMessage]:
+        """Messages of these topics (None: all) in file order, without holding the file in memory.
+
+        `watch` hears at every chunk how many of the file's bytes are read.
+        """
         schemas, channels = dict(self._schemas), dict(self._channels)
-        for record in self._records(_plain, []):
+        for record in self._records(_plain, [], watch):
             if isinstance(record, Message | _Plain):
                 channel = channels.get(record.channel_id)
                 if channel is not None and (topics is None or channel.topic in topics):
@@ -122,13 +128,18 @@ class McapReader:
         """Every whole record in file order, chunks as what is in them: for a copy."""
         return self._records(partial(breakup_chunk, validate_crc=True), [])
 
-    def _records(self, chunk: Callable[[Chunk], list[R]], damage: list[str]) -> Iterator[R | McapRecord]:
+    def _records(
+        self, chunk: Callable[[Chunk], list[R]], damage: list[str], watch: Watch | None = None
+    ) -> Iterator[R | McapRecord]:
         """All records in file order, for a chunk what `chunk` makes of it; `damage` gets what had to be left out."""
         with self.path.open("rb") as stream:
+            size = os.fstat(stream.fileno()).st_size
             for begin, record in walk(self.path, stream, damage):
                 if not isinstance(record, Chunk):
                     yield record
                     continue
+                if watch:
+                    watch(begin, size)
                 try:
                     inside = chunk(record)
                 except BROKEN:

@@ -18,7 +18,7 @@ from sonarlog.cdr import ENCAPSULATION, BadMessage, decode, type_name
 from sonarlog.decode import decode_wire
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event, Log, Surfaces, Truth
-from sonarlog.mcap_file import McapMessage, McapReader
+from sonarlog.mcap_file import McapMessage, McapReader, Watch
 from sonarlog.protocol.framing import Frame, Framer
 from sonarlog.protocol.packets import Sync, parse_packet
 from sonarlog.recording import layout, versions
@@ -124,16 +124,16 @@ def _unreadable(file: McapReader, what: str) -> NotARecording:
     return NotARecording(file.path, f"has an unreadable {what}" + "".join(f" ({text})" for text in file.damage))
 
 
-def read_log(path: Path | str, robot: Robot | None = None) -> Log:
+def read_log(path: Path | str, robot: Robot | None = None, watch: Watch | None = None) -> Log:
     """A recording, decoded, as of the robot given, else of the recording's own.
 
     Times are on the recorder's clock, or absolute in a bag that no recorder of ours made. What is missing of a damaged
-    file is told in `events` and counted in `counts["damage"]`. Raises NotARecording, MissingTopics, BadRobot, and what
-    `open_recording` raises.
+    file is told in `events` and counted in `counts["damage"]`. `watch` hears how much of the file is decoded. Raises
+    NotARecording, MissingTopics, BadRobot, and what `open_recording` raises.
     """
     file = open_recording(path)
     try:
-        log = _decoded(file, robot)
+        log = _decoded(file, robot, watch)
     except BadMessage as error:
         raise NotARecording(file.path, f"cannot be read: {error}") from None
     last = int(log.odometry.t_ns[-1]) if len(log.odometry.t_ns) else 0
@@ -182,12 +182,12 @@ class _Fingerprint:
                 self._digest.update(np.ascontiguousarray(column, dtype="<i8").tobytes())
 
 
-def _decoded(file: McapReader, given: Robot | None) -> Log:
+def _decoded(file: McapReader, given: Robot | None, watch: Watch | None) -> Log:
     """By the wire, else by the topics; events and, where the wire has none, truth are read beside it."""
     beside: dict[str, list[McapMessage]] = {layout.EVENTS: [], layout.TRUTH: [], layout.DECISIONS: []}
     own = robot_of(file)
     known = _Fingerprint(own)
-    log = decode_wire(known.watched(_wire(file, beside)), given or own or load_robot(DEFAULT_ROBOT))
+    log = decode_wire(known.watched(_wire(file, beside, watch)), given or own or load_robot(DEFAULT_ROBOT))
     if not known.wire:
         log = log_from_topics(file, own, started_wall_ns(file), given)
         known.take_topics(log if given is None else log_from_topics(file, own, started_wall_ns(file)))
@@ -197,10 +197,12 @@ def _decoded(file: McapReader, given: Robot | None) -> Log:
     return replace(log, truth=truth, events=events, decisions=decisions, digest=known.hexdigest())
 
 
-def _wire(file: McapReader, beside: dict[str, list[McapMessage]]) -> Iterator[tuple[int, str, bytes]]:
+def _wire(
+    file: McapReader, beside: dict[str, list[McapMessage]], watch: Watch | None = None
+) -> Iterator[tuple[int, str, bytes]]:
     """(t_ns on the recorder's clock, "rx" or "tx", bytes) in order of writing; `beside` gets its topics' messages."""
     start = started_wall_ns(file)
-    for message in file.stream({layout.WIRE, *beside}):
+    for message in file.stream({layout.WIRE, *beside}, watch):
         if message.topic == layout.WIRE:
             direction, data = _moved(message.data)
             yield message.log_time_ns - start, layout.DIRECTIONS[direction & 1], data
