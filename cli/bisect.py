@@ -1,6 +1,7 @@
 """sonarlog bisect."""
 
 import os
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,12 +85,12 @@ def _judge(version: "Version", good: str, block: str | None, asked: dict[str, An
     words = [*asked["conditions"], *(side for side in asked["sides"] if asked["conditions"] and is_condition(side))]
     gate = [Condition.parse(word) for word in words]
     tolerance = Tolerance.parse(asked["tolerance"]) if asked["tolerance"] else None
-    reference = run_of(version.at(good), cache)
+    reference = run_of(version.at(good), cache, None, time.thread_time_ns)
     letters = block or LETTERS
 
     def judge(revision: str) -> bool | None:
         try:
-            run = run_of(version.at(revision), cache)
+            run = run_of(version.at(revision), cache, None, time.thread_time_ns)
             if gate or tolerance:
                 report = diff_runs(reference, run, tolerance=tolerance)
                 bad = _too_much(gate, report)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 @force
 @as_json
 @quiet
+@click.option("-v", "--verbose", is_flag=True, help="Also what each block took, where both runs keep it.")
 def command(
     sides: tuple[str, ...],
     against: str | None,
@@ -61,6 +63,7 @@ def command(
     force: bool,
     as_json: bool,
     quiet: bool,
+    verbose: bool,
 ) -> int:
     """Say what differs between two runs of one recording.
 
@@ -98,7 +101,7 @@ def command(
             click.echo(f"{k + 1} of {len(pairs)}: {pair[0]}", err=True)
         outcomes.append(compared(pair, cache, gate, near, many=many, quiet=quiet))
     written.write(outcomes)
-    _say(outcomes, many=many, as_json=as_json)
+    _say(outcomes, many=many, as_json=as_json, verbose=verbose)
     return 1 if any(outcome.bad for outcome in outcomes) else 0
 
 
@@ -147,7 +150,8 @@ def compared(
     names = labels if any(isinstance(side, Version) for side in sides) and labels[0] != labels[1] else None
     try:
         a, b = _both(sides[0], sides[1], cache, quiet=quiet)
-        report = diff_runs(a, b, names=names, asked=asked, tolerance=tolerance)
+        now = cache.made(a.path), cache.made(b.path)
+        report = diff_runs(a, b, names=names, asked=asked, now=now, tolerance=tolerance)
         return judged(name, report, gate)
     except BadCondition:
         raise
@@ -169,7 +173,7 @@ def _both(a: "RunFile | Version", b: "RunFile | Version", cache: "RunCache", *, 
         return run, run
     if isinstance(a, Version) and a.revision and isinstance(b, Version):
         with ThreadPoolExecutor(1) as pool:
-            soon = pool.submit(run_of, a, cache)
+            soon = pool.submit(run_of, a, cache, None, time.thread_time_ns)
             made = _run(b, cache, quiet=quiet)
             return soon.result(), made
     return _run(a, cache, quiet=quiet), _run(b, cache, quiet=quiet)
@@ -181,10 +185,10 @@ def _run(side: "RunFile | Version", cache: "RunCache", *, quiet: bool) -> "Run":
     from sonarlog.making import run_of
 
     with progress(f"replaying {side}", quiet=quiet) as advance:
-        return run_of(side, cache, Watch(advance))
+        return run_of(side, cache, Watch(advance), time.thread_time_ns)
 
 
-def _say(outcomes: "Sequence[Outcome]", *, many: bool, as_json: bool) -> None:
+def _say(outcomes: "Sequence[Outcome]", *, many: bool, as_json: bool, verbose: bool) -> None:
     from cli.diff_text import tell, tell_many
     from sonarlog.diff.outcome import summary
 
@@ -197,4 +201,4 @@ def _say(outcomes: "Sequence[Outcome]", *, many: bool, as_json: bool) -> None:
     elif many:
         tell_many(outcomes)
     else:
-        tell(outcomes[0])
+        tell(outcomes[0], verbose=verbose)

@@ -12,7 +12,7 @@ import click
 from sonarlog.words import counted
 
 if TYPE_CHECKING:
-    from sonarlog.diff import Report
+    from sonarlog.diff import BlockTime, Report
     from sonarlog.diff.outcome import Outcome
 
 COLOURS = {"same": "cyan", "within": "cyan", "changed": "yellow", "failed": "magenta"}
@@ -26,8 +26,8 @@ def _coloured(text: str, colour: str) -> None:
     click.secho(text, fg=None if os.environ.get("NO_COLOR") else colour)
 
 
-def tell(outcome: "Outcome") -> None:
-    """One comparison, headline first."""
+def tell(outcome: "Outcome", *, verbose: bool = False) -> None:
+    """One comparison, headline first; times only where they say something, or asked for."""
     report = outcome.report
     if report is None:
         _coloured(f"Failed: {outcome.failed}", COLOURS["failed"])
@@ -47,8 +47,29 @@ def tell(outcome: "Outcome") -> None:
                 click.echo(f"… and {len(report.changed_walls) - WALLS} more walls (--json lists all)")
         for key, (mine, yours) in report.settings.items():
             click.echo(f"{key}: {mine} in A, {yours} in B")
+    _times(report, verbose=verbose)
     for reason in outcome.reasons:
         _coloured(f"Not kept: {reason}", COLOURS["failed"])
+
+
+def _times(report: "Report", *, verbose: bool) -> None:
+    """What a sweep takes."""
+    from sonarlog.times import short
+
+    times = report.times
+    if times is None:
+        if verbose:
+            click.echo("Times: not both runs keep what their blocks took.")
+        return
+    if verbose or times.telling:
+        shown = times.rows if verbose else dict.fromkeys((*times.telling, times.whole))
+        rows = [(f"{row.block} {row.name}".strip(), short(row.a_ms), short(row.b_ms), _ratio(row)) for row in shown]
+        table(("ms a sweep", "A", "B", "ratio"), rows)
+        click.echo(f"Times: {times.words}.")
+
+
+def _ratio(row: "BlockTime") -> str:
+    return "–" if row.ratio is None else f"× {row.ratio:.2f}"
 
 
 def tell_many(outcomes: "Sequence[Outcome]") -> None:

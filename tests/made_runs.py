@@ -14,6 +14,7 @@ from slam.sweep import Sweep
 from sonarlog.digest import RunDigest
 from sonarlog.log import Surfaces
 from sonarlog.runs import Run, RunWriter, identify, read_run
+from sonarlog.times import BlockTimes
 from tests.synthetic import RING, corridor, scan
 
 STATIONS = 5
@@ -42,6 +43,7 @@ def made_run(
     recording: str = "one recording",
     truth: bool = True,
     stations: Sequence[Pose] = TRUE,
+    times: BlockTimes | None = None,
 ) -> Run:
     """A run of these sweeps, seen from these stations, with some settings changed."""
     chosen = algorithm(name).configured(changes)
@@ -50,5 +52,5 @@ def made_run(
     with RunWriter(path, identity) as writer:
         for step, true in zip(pipeline.run(sweeps, RING, chosen), stations, strict=False):
             writer.add(step, result.add(step), result, true if truth else None)
-        writer.finish(result, step.state, {}, SURFACES if truth else None)
+        writer.finish(result, step.state, {}, SURFACES if truth else None, times)
     return read_run(path)

@@ -3,11 +3,13 @@
 from sonarlog.diff.alignment import Alignment
 from sonarlog.diff.calibration import CalibrationChange
 from sonarlog.diff.cells import CellChanges, Window, cell_changes
+from sonarlog.diff.comparable import NotComparable
 from sonarlog.diff.first import Chaining, FirstDifference, first_difference
 from sonarlog.diff.matching import WallChange
 from sonarlog.diff.paths import PathChanges
-from sonarlog.diff.report import NotComparable, Report, Side, diff_runs
+from sonarlog.diff.report import Report, Side, diff_runs
 from sonarlog.diff.rooms import RoomChange, RoomChanges
+from sonarlog.diff.times import BlockTime, TimeChanges
 from sonarlog.diff.tolerance import BadTolerance, Tolerance
 from sonarlog.diff.truth import Truth, TruthMetric
 from sonarlog.diff.walls import Wall
@@ -15,6 +17,7 @@ from sonarlog.diff.walls import Wall
 __all__ = [
     "Alignment",
     "BadTolerance",
+    "BlockTime",
     "CalibrationChange",
     "CellChanges",
     "Chaining",
@@ -25,6 +28,7 @@ __all__ = [
     "RoomChange",
     "RoomChanges",
     "Side",
+    "TimeChanges",
     "Tolerance",
     "Truth",
     "TruthMetric",

@@ -53,4 +53,8 @@ def figures(report: "Report") -> dict[str, Figure]:
     ]
     if report.truth is not None:
         rows += [Figure(m.name, m.unit, m.b, (m.a, m.b)) for m in report.truth.metrics]
+    if report.times is not None:
+        for row in report.times.rows:
+            name = f"time.{row.block}" if row.block else "time"
+            rows.append(Figure(name, "ms", row.b_ms, (row.a_ms, row.b_ms)))
     return {row.name: row for row in rows}

@@ -9,7 +9,7 @@ from sonarlog.diff.report import Report
 from sonarlog.errors import SonarlogError
 
 OPERATORS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
-_CONDITION = re.compile(r"\s*([a-z][a-z0-9_.]*)\s*([<>]=?)\s*([+-]?)([0-9]*\.?[0-9]+)\s*(%?)\s*")
+_CONDITION = re.compile(r"\s*([a-z][a-zA-Z0-9_.]*)\s*([<>]=?)\s*([+-]?)([0-9]*\.?[0-9]+)\s*(%?)\s*")
 
 
 class BadCondition(SonarlogError):
@@ -45,6 +45,8 @@ class Condition:
         known = figures(report)
         if self.name not in known:
             why = "" if report.truth is not None else "; without a truth there are no errors to judge"
+            if self.name.startswith("time") and report.times is None:
+                why = "; times must be kept in both runs, and older versions keep none"
             raise BadCondition(f"{self.text!r}: there is no figure {self.name!r}{why}; there are {', '.join(known)}")
         figure = known[self.name]
         value = self._judged(figure)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from sonarlog.diff.first import FirstDifference
     from sonarlog.diff.matching import WallChange
     from sonarlog.diff.report import Report, Side
+    from sonarlog.diff.times import TimeChanges
     from sonarlog.diff.walls import Wall
 
 VERSION = 1
@@ -46,6 +47,7 @@ def report_data(report: "Report") -> dict[str, Any]:
         "path": asdict(report.path),
         "calibration": [asdict(change) for change in report.calibration],
         "truth": report.truth and asdict(report.truth),
+        "times": report.times and _times(report.times),
         "figures": {name: figure.value for name, figure in figures(report).items()},
     }
     result: dict[str, Any] = plain(data)
@@ -77,6 +79,11 @@ def _first(first: "FirstDifference") -> dict[str, Any]:
         "values": len(first.differences),
         "differences": [vars(each) for each in first.differences[:SHOWN]],
     }
+
+
+def _times(times: "TimeChanges") -> dict[str, Any]:
+    blocks = [{**asdict(row), "ratio": row.ratio} for row in times.rows]
+    return {"blocks": blocks, "words": times.words, "apart": times.apart, "now": times.now}
 
 
 def _wall_change(change: "WallChange") -> dict[str, Any]:

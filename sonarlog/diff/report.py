@@ -13,36 +13,33 @@ from slam.geometry import ORIGIN
 from sonarlog.diff.alignment import Alignment, align
 from sonarlog.diff.calibration import CalibrationChange, calibration_changes
 from sonarlog.diff.cells import CellChanges, Window, cell_changes, together
+from sonarlog.diff.comparable import check_comparable
 from sonarlog.diff.first import Chaining, FirstDifference, first_chaining, first_difference
 from sonarlog.diff.matching import WallChange, match, same
 from sonarlog.diff.paths import PathChanges, path_changes
 from sonarlog.diff.rooms import RoomChange, RoomChanges, room_changes
+from sonarlog.diff.times import TimeChanges, time_changes
 from sonarlog.diff.tolerance import Tolerance
 from sonarlog.diff.truth import Truth, truth_of
 from sonarlog.diff.walls import Wall, walls_of
-from sonarlog.errors import SonarlogError
 from sonarlog.log import Floats
 from sonarlog.runs import Run
 from sonarlog.scores import path_of
 
-ALONG_M, ALONG_RAD = 0.25, np.radians(15.0)
-"""Two recordings are of one drive if odometry has most of their sweeps nearer together than this."""
-
-
 LENGTHS = {"longer", "shorter"}
-
-
-class NotComparable(SonarlogError):
-    """Two runs that cannot be held against one another."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One of the two: a run, `name` that tells it from the other, `asked` what the user wrote (may be empty)."""
+    """One of the two: a run, `name` that tells it from the other, `asked` what the user wrote (may be empty).
+
+    `now` says that it was replayed for this comparison.
+    """
 
     run: Run
     name: str
     asked: str = ""
+    now: bool = False
 
     @cached_property
     def path(self) -> Floats:
@@ -71,8 +68,8 @@ class Report:
 
     `chaining` is where walls begin to be put to other chains, at that sweep or later; None if they never do.
     `settings` holds by name what was asked differently (algorithm, code, recording, settings), in A and in B. `cells`
-    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. With a `tolerance`, what
-    differs within it counts as the same.
+    are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. `times` are None unless
+    both runs keep them. With a `tolerance`, what differs within it counts as the same.
     """
 
     a: Side
@@ -87,6 +84,7 @@ class Report:
     rooms: RoomChanges
     path: PathChanges
     calibration: tuple[CalibrationChange, ...]
+    times: TimeChanges | None = None
     tolerance: Tolerance | None = None
 
     @property
@@ -172,15 +170,17 @@ def diff_runs(
     *,
     names: tuple[str, str] | None = None,
     asked: tuple[str, str] = ("", ""),
+    now: tuple[bool, bool] = (False, False),
     tolerance: Tolerance | None = None,
 ) -> Report:
     """Hold two runs against one another; `names` tell them apart (None: their algorithms, or files).
 
-    Raises NotComparable if they are of recordings of different drives, or if their cells have different sizes, and
-    BadRun for values that do not have their digests.
+    `now` says which of them were replayed for this, on this machine, and are not kept from earlier. Raises
+    NotComparable if they are of recordings of different drives, or if their cells have different sizes, and BadRun for
+    values that do not have their digests.
     """
-    _check_comparable(a, b)
-    here, there = (Side(run, name, said) for run, name, said in zip((a, b), names or _names(a, b), asked, strict=True))
+    check_comparable(a, b)
+    here, there = (Side(*each) for each in zip((a, b), names or _names(a, b), asked, now, strict=True))
     first = first_difference(a, b)
     maps = _same_maps(here, there) if first is None else _maps(here, there)
     return Report(
@@ -196,6 +196,7 @@ def diff_runs(
         rooms=maps.rooms,
         path=path_changes(here.path, there.path, maps.alignment.pose),
         calibration=calibration_changes(_calibration(a), _calibration(b)),
+        times=time_changes(a, b, now),
         tolerance=tolerance,
     )
 
@@ -238,32 +239,6 @@ def _mirrored(maps: Maps) -> Maps:
 def _moved(place: tuple[float, float], alignment: Alignment) -> tuple[float, float]:
     x, y = alignment.pose.points(np.array([place]))[0].tolist()
     return float(x), float(y)
-
-
-def _check_comparable(a: Run, b: Run) -> None:
-    if a.identity.recording_digest != b.identity.recording_digest and not _one_drive(a, b):
-        raise NotComparable(
-            f"{a.path} and {b.path} are runs of different recordings, and not of one drive: "
-            "only what one robot saw on one way can be compared"
-        )
-    if a.grid.cell_m != b.grid.cell_m:
-        sizes = f"{100 * a.grid.cell_m:g} cm and {100 * b.grid.cell_m:g} cm"
-        raise NotComparable(f"{a.path} and {b.path} have cells of {sizes}: replay both with the same map.cell_m")
-
-
-def _one_drive(a: Run, b: Run) -> bool:
-    """Whether odometry has most sweeps of both at the same places, as it has if one recording is the other's edit."""
-    pairs = list(zip(a.sweeps, b.sweeps, strict=False))
-    steps = [
-        (a.sweeps[0].odometry.step_to(mine.odometry), b.sweeps[0].odometry.step_to(yours.odometry))
-        for mine, yours in pairs
-    ]
-    near = [
-        np.hypot(mine.x - yours.x, mine.y - yours.y) <= ALONG_M
-        and abs(np.angle(np.exp(1j * (mine.theta - yours.theta)))) <= ALONG_RAD
-        for mine, yours in steps
-    ]
-    return 2 * sum(map(bool, near)) > max(len(a.sweeps), len(b.sweeps))
 
 
 def _names(a: Run, b: Run) -> tuple[str, str]:

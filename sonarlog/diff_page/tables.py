@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from sonarlog.diff import FirstDifference, Report, Side, WallChange
+from sonarlog.diff import FirstDifference, Report, Side, TimeChanges, WallChange
 from sonarlog.diff.cells import STATES
 from sonarlog.digest import BLOCKS
+from sonarlog.times import short
 from sonarlog.words import block_lines
 
 SHOWN = 40
@@ -131,7 +132,7 @@ def truth(report: Report) -> str:
 
 
 def numbers(report: Report) -> str:
-    """Cells, free areas, calibration and settings."""
+    """Cells, free areas, calibration and times."""
     parts = []
     tables = [("Cells as the maps lie", report.cells)]
     if not report.alignment.none:
@@ -150,7 +151,20 @@ def numbers(report: Report) -> str:
     ]
     if calibration:
         parts.append("<h3>What they think of the robot in the end</h3>" + _table(("", "A", "B"), calibration))
+    if report.times is not None:
+        parts.append(_times(report.times))
     return "".join(f"<div>{part}</div>" for part in parts)
+
+
+def _times(times: TimeChanges) -> str:
+    """What a sweep takes, block by block, and what the numbers are worth."""
+    rows = []
+    for row in times.rows:
+        ratio = "–" if row.ratio is None else f"× {row.ratio:.2f}"
+        told = f"<b>{ratio}</b>" if row in times.telling else ratio
+        rows.append((f"{row.block} {escape(row.name)}", short(row.a_ms), short(row.b_ms), told))
+    table = _table(("median of the sweeps", "A, ms", "B, ms", "ratio"), rows)
+    return f"<h3>Time a sweep</h3>{table}<p>Times: {escape(times.words)}.</p>"
 
 
 def provenance(report: Report) -> str:
