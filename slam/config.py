@@ -23,6 +23,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "self_calibration.mounting_sigma_deg": (0.001, 90.0),
     "reliability.arcs.min_readings": (2, LIMIT),
     "reliability.arcs.min_sonars": (1, LIMIT),
+    "reliability.bearing_sigma_deg": (0.001, 90.0),
     "reliability.driving.min_readings": (3, LIMIT),
     "reliability.driving.min_baseline_m": (0.01, 100.0),
     "features.corner_min_angle_deg": (1.0, 179.0),
