@@ -7,6 +7,7 @@ and glass that hardly answers. Same number, same place, on every machine. Must n
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from slam import dmath
 from sonarlog.sim.outline import Edge, Leg, Outline, Stretch, from_edge, is_simple, laid, ring, room, strip
 from sonarlog.sim.random_fittings import glaze, let_in, materials, pillars
 from sonarlog.sim.random_place import WALL_M, Dice, Place, clear, replaced
@@ -50,7 +51,7 @@ def _ways(dice: Dice) -> Place | None:
             width = _width(dice)
             narrowest, widest = min(narrowest, width), max(widest, width)
     legs[-1] = replace(legs[-1], turn=0.0)
-    if sum(leg.length for leg in legs) > 24.0:
+    if dmath.ordered_sum(leg.length for leg in legs) > 24.0:
         return None
     stretches = laid(legs, _CAP_M)
     about = f"{len(legs)} ways of {narrowest:g} to {widest:g} m width, bends of {_angles(legs)}"
