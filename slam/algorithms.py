@@ -11,6 +11,7 @@ from slam.features import FeatureConfig, Wall
 from slam.graph.matching import match
 from slam.graph.smoothing import smooth
 from slam.localisation import Localisation, LocalisationConfig, keep_prediction, search
+from slam.reliability import ReliabilityConfig
 from slam.self_calibration import Calibrated, Calibration, SelfCalibrationConfig
 from slam.track import Track
 
@@ -74,7 +75,8 @@ ALGORITHMS = {
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
             match,
             smooth,
-            Config(localisation=FINE),
+            # What is narrow or merged counts by how good its bearing is; it need not be left out.
+            Config(reliability=ReliabilityConfig(strong_width_deg=14.0, merged_width_deg=60.0), localisation=FINE),
         ),
     )
 }
