@@ -131,6 +131,7 @@ def _recording(asked: Asked, watch: Watch) -> tuple[str, ...]:
     if asked.form in ("csv", "carmen", "tum") and breaks:
         return (
             *log.missing,
-            f"odometry starts anew {breaks} times in {asked.file}; this form cannot say where",
+            f"odometry starts anew {'once' if breaks == 1 else f'{breaks} times'} in {asked.file}; "
+            f"{asked.form} cannot say where: json can",
         )
     return log.missing

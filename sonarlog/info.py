@@ -4,6 +4,7 @@ Must not know: how it is printed.
 """
 
 import json
+import math
 from collections import Counter
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -20,6 +21,7 @@ from sonarlog.recording import layout, open_recording, read_log, recording_diges
 from sonarlog.recording.reader import lost_before
 from sonarlog.sweeps import cut
 from sonarlog.times import BlockTimes, times_in
+from sonarlog.words import counted
 
 GAP_NS = 500_000_000
 """So long without odometry is a gap: five packets of a robot that sends ten a second."""
@@ -56,6 +58,7 @@ class RecordingInfo:
     recorded_at: str  # ISO 8601, UTC; "" where no wall clock was
     command_line: str
     robot: str
+    calibration: dict[str, Any] | None  # as its robot had it; null for a robot as it was built
     sonars: int
     identity: dict[str, str]
     seconds: float
@@ -83,6 +86,7 @@ class RecordingInfo:
         return [
             ("recording", f"{self.path}, {self.bytes / 1000:.0f} kB"),
             ("robot", f"{self.robot}, {self.sonars} sonars" + (f" ({identity})" if identity else "")),
+            *([("calibrated", _calibration_text(self.calibration))] if self.calibration else []),
             ("recorded", f"{self.seconds:.1f} s" + (f" from {self.recorded_at}" if self.recorded_at else "")),
             ("sweeps", ", ".join(sweeps) or "none"),
             ("readings", f"{self.readings}{share}"),
@@ -112,6 +116,7 @@ class RunInfo:
     algorithm: str
     algorithm_version: int
     recording_digest: str
+    robot: dict[str, Any] | None  # what the recording was taken to be of, if not of its own robot
     code_digest: str
     config: dict[str, Any]
     counts: dict[str, int]
@@ -128,6 +133,7 @@ class RunInfo:
             ("sweeps", str(self.sweeps)),
             ("used", ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in self.counts.items() if count)),
             ("recording", self.recording_digest),
+            *([("robot", _given_text(self.robot))] if self.robot else []),
             ("code", self.code_digest),
             ("machine", ", ".join(f"{name} {value}" for name, value in self.machine.items())),
             ("times", self.times.told() if self.times else "not kept"),
@@ -175,6 +181,7 @@ def _recording_info(file: McapReader, log: Log) -> RecordingInfo:
         recorded_at=_wall_time(started_ns) if started_ns else "",
         command_line=made.get("command_line", ""),
         robot=log.robot.name,
+        calibration=_plain(log.robot.calibration.as_dict()) if log.robot.calibration else None,
         sonars=len(log.robot.sonars),
         identity=identity,
         seconds=int(times[-1] - times[0]) / 1e9 if len(times) else 0.0,
@@ -202,6 +209,7 @@ def _run_info(file: McapReader) -> RunInfo:
         algorithm=identity["algorithm"],
         algorithm_version=identity["algorithm_version"],
         recording_digest=identity["recording_digest"],
+        robot=_plain(identity.get("robot")),
         code_digest=identity["code_digest"],
         config=identity["config"],
         counts=json.loads(run["counts"]),
@@ -213,6 +221,32 @@ def _run_info(file: McapReader) -> RunInfo:
 
 def _wall_time(t_ns: int) -> str:
     return datetime.fromtimestamp(t_ns // 1_000_000_000, UTC).isoformat()
+
+
+def _plain(value: Any) -> Any:
+    """As JSON has it: a number that was not found is null."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _given_text(robot: dict[str, Any]) -> str:
+    calibration = robot.get("calibration")
+    told = _calibration_text(calibration) if calibration else "not calibrated"
+    return f"{robot['name']}, given with --robot: {told}"
+
+
+def _calibration_text(calibration: dict[str, Any]) -> str:
+    off = [calibration["ring_deg"] + each for each in calibration["sonar_deg"] or [0.0]]
+    sonars = f"{min(off):+.1f}°" + (f" to {max(off):+.1f}°" if len(off) > 1 else "")
+    count = len(calibration["recordings"])
+    return (
+        f"rotation × {calibration['rotation_scale']:.4f}, distance × {calibration['distance_scale']:.4f}, "
+        f"drift {calibration['drift_deg_per_m']:+.2f}°/m, sonars turned by {sonars}"
+        + (f"; found in {counted(count, 'recording')}" if count else "")
+    )
 
 
 def _gaps_text(found: tuple[Gap, ...]) -> str:

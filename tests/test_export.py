@@ -12,11 +12,14 @@ from hypothesis import strategies as st
 from cli.main import run
 from slam.geometry import Pose
 from slam.sweep import TURN
+from sonarlog.export import READ, Asked, export_file
 from sonarlog.exports.carmen import carmen_lines, pseudo_scan
 from sonarlog.exports.csv import csv_lines
 from sonarlog.imports import csv as form
 from sonarlog.log import Log, Odometry, Readings
-from sonarlog.recording import read_log
+from sonarlog.protocol.framing import frame
+from sonarlog.protocol.packets import Sip
+from sonarlog.recording import RecordingWriter, read_log
 from sonarlog.replay import sweeps_of
 from sonarlog.robot import load_robot
 from sonarlog.runs import read_run
@@ -91,6 +94,29 @@ def test_a_carmen_log_has_a_line_a_packet_a_firing_and_a_sweep(short_recording: 
     assert (beams, after[0], len(after), after[1:4]) == (360, "0", 15, after[4:7])
     sonar = next(words for words in lines if words[0] == "SONAR")
     assert (sonar[2], len(sonar)) == ("1", 10)
+
+
+def test_forms_that_cannot_say_where_odometry_starts_anew_say_that_it_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "reset.mcap"
+    with RecordingWriter(path, started_wall_ns=0, command_line="", config={}) as out:
+        out.identity({}, load_robot("amigo-sh"))
+        for k in range(30):
+            x = 100 * (k % 20)  # the robot was switched off and on again
+            out.wire(k * 10**8 + 10**11 * (k >= 20), "rx", frame(Sip(x=x, sonar=((k % 8, 1000),)).encode()))
+    for name, said in (("csv", True), ("carmen", True), ("tum", True), ("json", False)):
+        capsys.readouterr()
+        assert run(["export", str(path), "--format", name, "-o", "-"]) == 0
+        assert (f"odometry starts anew once in {path}; {name} cannot say where" in capsys.readouterr().err) == said
+
+
+def test_who_watches_hears_of_a_hundred_parts_in_order(short_recording: Path, tmp_path: Path) -> None:
+    heard: list[tuple[int, int]] = []
+    export_file(Asked(short_recording, "csv", output=tmp_path / "a.csv"), lambda *parts: heard.append(parts))
+    assert heard == sorted(heard)
+    assert {count for _, count in heard} == {100}
+    assert heard[0][0] < 10 < READ < heard[-1][0]
 
 
 def test_a_sweep_in_a_corridor_is_a_scan_of_its_walls() -> None:

@@ -1,6 +1,8 @@
 """sonarlog info: facts of recordings and runs as text and as JSON, one sentence for anything else."""
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,8 @@ from click.testing import CliRunner
 
 from cli.info import command
 from cli.main import run
+from sonarlog.calibration.correction import Calibration
+from sonarlog.calibration.robot_file import write_robot
 from sonarlog.info import Gap, RunInfo, UnknownRun, gaps, info
 from sonarlog.log import Surfaces
 from sonarlog.mcap_file import McapWriter
@@ -93,6 +97,26 @@ def test_facts_of_a_run(tmp_path: Path) -> None:
     facts = dict(found.facts())
     assert facts["machine"] == "python 3.11"
     assert facts["used"] == "90 readings"
+
+
+def test_what_a_robot_was_calibrated_to_is_told_of_recordings_and_of_runs(
+    short_recording: Path, tmp_path: Path
+) -> None:
+    calibration = Calibration(1.01, 0.99, -0.5, 1.0, (0.0,) * 7 + (-2.0,), {"sonar_deg": [math.nan]}, ("12",))
+    robot = replace(load_robot("amigo-sh"), calibration=calibration)
+    text = "rotation × 1.0100, distance × 0.9900, drift -0.50°/m, sonars turned by -1.0° to +1.0°; found in 1 recording"
+    recording, made = tmp_path / "a.mcap", tmp_path / "a.run.mcap"
+    with RecordingWriter(recording, started_wall_ns=SECOND, command_line="record it", config={}) as out:
+        out.identity({}, robot)
+        out.wire(SECOND, "rx", frame(Sip().encode()))
+    found = info(recording)
+    assert dict(found.facts())["calibrated"] == text
+    assert found.as_dict()["calibration"]["sigma"] == {"sonar_deg": [None]}
+    write_robot(robot, tmp_path / "mine.toml")
+    words = f"--algorithm odometry --robot {tmp_path / 'mine.toml'} -o {made} -q".split()
+    assert run(["replay", str(short_recording), *words]) == 0
+    assert dict(info(made).facts())["robot"] == f"amigo-sh, given with --robot: {text}"
+    assert "calibrated" not in dict(info(short_recording).facts())
 
 
 def test_a_run_of_another_make_is_refused(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ def _calibration(calibration: Calibration) -> list[str]:
 def _value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(_value(each) for each in value)}]"
-    return json.dumps(value, ensure_ascii=False)
+    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)  # nan is no JSON
 
 
 def _table(values: Mapping[str, Any]) -> str:
