@@ -5,7 +5,7 @@ Must not know: how anything is counted, printing.
 
 from collections.abc import Mapping
 
-USED = ("packets", "sips", "readings", "sweeps", "readings_used")
+USED = ("packets", "sips", "readings", "sweeps", "readings_used", "decisions")
 REASONS = {
     "bad_packets": "their checksum is wrong",
     "bad_packet_bytes": "of packets whose checksum is wrong",

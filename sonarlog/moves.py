@@ -15,10 +15,11 @@ from sonarlog.log import Event
 from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import Sip
 from sonarlog.robot import Robot
-from sonarlog.surroundings import Echoes, Place, Wall, place, points_of, room_to_walls, walls_of
+from sonarlog.surroundings import Echoes, Floats, Place, Wall, place, points_of, room_to_walls, walls_of
 
 SAY_AGAIN_NS = 500_000_000  # commands are never acknowledged
 OVERLAP_DEG = 6.0  # more than a full circle, so that it closes even where odometry turns too fast
+SCANS_KEPT = 4
 SCAN_VALID_M = 1.0  # walls seen by a scan further back than this are not relied on
 
 
@@ -58,7 +59,8 @@ class Mover(ABC):
         self._scan_rate = min(scan_deg_s, robot.max_turn_deg_s)
         self._echoes = Echoes(robot)
         self._walls: tuple[Wall, ...] = ()
-        self._points = np.zeros((0, 2))  # of the last scan's near echoes
+        self._scans: list[Floats] = []  # near echoes of the last few
+        self._points: Floats = np.zeros((0, 2))  # all of them
         self._scanned_at: Place | None = None
         self._recalled: tuple[Wall, ...] = ()
         self._recalled_ns = -1_000_000_000
@@ -140,7 +142,8 @@ class Mover(ABC):
             self._event("warn", f"sweep {self.sweeps} is done again: odometry began anew in it")
         turned = abs(self._here.heading_deg - begin.heading_deg)
         self._walls, self._scanned_at = walls_of(readings, self._robot), self._here
-        self._points = points_of(readings, self._robot)
+        self._scans = [*self._scans[1 - SCANS_KEPT :], points_of(readings, self._robot)]
+        self._points = np.concatenate(self._scans)
         text = f"sweep {self.sweeps} ends after {turned:.0f}° with {len(readings)} readings"
         self._event("warn" if stuck else "info", text)
         self.sweeps += not stuck

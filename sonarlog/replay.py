@@ -74,6 +74,8 @@ def replay(
     log = read_log(recording, robot)
     sweeps = sweeps_of(log, recording, cutting)
     counts = used_and_left_out(log, sweeps)
+    if log.decisions:
+        counts["decisions"] = len(log.decisions)
     identity = identify(log.digest, algorithm, robot)
     result = RunDigest(identity.asked())
     decisions = Reproduction(log.decisions, algorithm)

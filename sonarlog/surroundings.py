@@ -171,6 +171,10 @@ class Echoes:
         """
         return walls_of(self._readings, self._robot, readings_needed=4, sonars_needed=2)
 
+    def points(self) -> Floats:
+        """Where the near echoes of the last half minute lie (n, 2), without those that stand alone."""
+        return points_of(self._readings, self._robot)
+
     def side(self, sign: int, here: Place) -> float | None:
         """Metres from the robot's centre to what the sonar looking to that side (+1 left, -1 right) saw twice."""
         for number, sonar in enumerate(self._robot.sonars):

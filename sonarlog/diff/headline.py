@@ -21,7 +21,7 @@ def headline(report: "Report") -> str:
         made = f", though made with different {listed(list(report.settings))}" if report.settings else ""
         sweeps = "the one sweep" if report.sweeps[0] == 1 else f"all {report.sweeps[0]} sweeps"
         return f"The same: {sweeps} and the map are identical to the bit{made}."
-    told = " ".join([_parting(report.first), *_chaining(report), *_maps(report), *_nearer(report)])
+    told = " ".join([_parting(report.first), *_chaining(report), *_goal(report), *_maps(report), *_nearer(report)])
     if report.tolerance is not None and report.within:
         return f"The same within {report.tolerance.words}, though not identical. {told}"
     return told
@@ -48,6 +48,14 @@ def _chaining(report: "Report") -> list[str]:
         return []
     a, b = (_BRACKETS.sub("", said) for said in found.decisions)
     return [f"Walls are chained otherwise from sweep {found.sweep} on (A: {a}; B: {b})."]
+
+
+def _goal(report: "Report") -> list[str]:
+    """Of an exploration: where it would have gone elsewhere first."""
+    if report.goal is None:
+        return []
+    a, b = report.goal.decisions
+    return [f"Decision {report.goal.sweep} would have been the first to differ (A: {a}; B: {b})."]
 
 
 def _maps(report: "Report") -> list[str]:

@@ -15,6 +15,7 @@ from sonarlog.diff.calibration import CalibrationChange, calibration_changes
 from sonarlog.diff.cells import CellChanges, Window, cell_changes, together
 from sonarlog.diff.comparable import check_comparable
 from sonarlog.diff.first import Chaining, FirstDifference, first_chaining, first_difference
+from sonarlog.diff.goals import OtherGoal, first_goal
 from sonarlog.diff.matching import WallChange, match, same
 from sonarlog.diff.paths import PathChanges, path_changes
 from sonarlog.diff.rooms import RoomChange, RoomChanges, room_changes
@@ -66,7 +67,8 @@ class Maps:
 class Report:
     """All levels of the difference between A and B; `first` is None if their results are the same to the bit.
 
-    `chaining` is where walls begin to be put to other chains, at that sweep or later; None if they never do.
+    `chaining` is where walls begin to be put to other chains, at that sweep or later; None if they never do. `goal` is
+    the first decision of an exploration that would have led elsewhere.
     `settings` holds by name what was asked differently (algorithm, code, recording, settings), in A and in B. `cells`
     are as the maps lie, `aligned_cells`, `walls` and `rooms` as `alignment` lays B's on A's. `times` are None unless
     both runs keep them. With a `tolerance`, what differs within it counts as the same.
@@ -77,6 +79,7 @@ class Report:
     settings: dict[str, tuple[Any, Any]]
     first: FirstDifference | None
     chaining: Chaining | None
+    goal: OtherGoal | None
     alignment: Alignment
     cells: CellChanges
     aligned_cells: CellChanges
@@ -189,6 +192,7 @@ def diff_runs(
         settings=_settings(a, b),
         first=first,
         chaining=None if first is None else first_chaining(a, b),
+        goal=None if first is None else first_goal(a, b),
         alignment=maps.alignment,
         cells=cell_changes(a.grid, b.grid),
         aligned_cells=maps.cells,

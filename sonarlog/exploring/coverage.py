@@ -4,6 +4,7 @@ Both need the true surfaces; nothing here steers. Must not know: recordings, run
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,4 +148,4 @@ def _tour(ways: Floats) -> float:
                 if now_m < before_m - 1e-9:
                     order[i : j + 1] = order[i : j + 1][::-1]
                     better = True
-    return float(sum(ways[a, b] for a, b in zip(order, order[1:], strict=False)))
+    return float(sum(ways[a, b] for a, b in pairwise(order)))

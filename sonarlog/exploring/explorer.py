@@ -72,6 +72,8 @@ class Explorer(Mover):
         self._asked = ""
         self._last_turn = -1
         self._began_ns: int | None = None
+        self._passed: Floats = np.zeros((0, 2))  # near echoes of the last half minute, looked up once a second
+        self._passed_ns = -SECOND
 
     @property
     def metres(self) -> float:
@@ -177,10 +179,13 @@ class Explorer(Mover):
         return False
 
     def _room(self, way: int) -> float:
-        """Also what the last scan heard anywhere near, and what any of the last few pings says."""
+        """Also what was heard anywhere near, in the last scans and since, and what any of the last few pings says."""
         heading = self._here.heading_deg + (0 if way > 0 else 180)
         hull = self._robot.radius_mm / 1000
-        scanned = room_to_points(self._points, self._here, heading, hull + BESIDE_M)
+        if self._now_ns - self._passed_ns >= SECOND:
+            self._passed, self._passed_ns = self._echoes.points(), self._now_ns
+        points = np.concatenate([self._points, self._passed])
+        scanned = room_to_points(points, self._here, heading, hull + BESIDE_M)
         return min(super()._room(way), scanned, self._echoes.room(self._here, backwards=way < 0, last=3))
 
     def _back_off(self) -> Pause:
