@@ -34,6 +34,7 @@ def report_data(report: "Report") -> dict[str, Any]:
         "settings": report.settings,
         "first": report.first and _first(report.first),
         "chaining": report.chaining and asdict(report.chaining),
+        "goal": report.goal and asdict(report.goal),
         "alignment": {
             "shift_m": alignment.shift_m,
             "turned_deg": alignment.turned_deg,
