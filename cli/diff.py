@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 )
 @click.option("--algorithms", metavar="A,B", help="Replay the RECORDING with both, then diff.")
 @click.option("--algorithm", metavar="NAME", help="With --against: which algorithm; default: each revision's own.")
+@click.option("--robot", metavar="NAME|FILE", help="Take the replayed RECORDING for this robot, not for its own.")
 @click.option("--tolerance", metavar="5mm,0.1deg,20cells", help="Count what differs by no more than this as the same.")
 @click.option(
     "--fail-on", "conditions", multiple=True, metavar="COND…", help="Exit with 1 only if this holds, as 'ate>+5%'."
@@ -54,6 +55,7 @@ def command(
     against: str | None,
     algorithms: str | None,
     algorithm: str | None,
+    robot: str | None,
     tolerance: str | None,
     conditions: tuple[str, ...],
     png: Path | None,
@@ -90,7 +92,7 @@ def command(
     words = [*conditions, *(side for side in sides if side not in files)]
     gate = [Condition.parse(word) for word in words]
     near = Tolerance.parse(tolerance) if tolerance else None
-    pairs = _pairs(files, against, algorithms, algorithm)
+    pairs = _of_robot(_pairs(files, against, algorithms, algorithm), robot)
     written = Files(png, html, viz, junit, force)
     written.check(len(pairs))
     cache = RunCache.of(os.environ)
@@ -125,6 +127,22 @@ def _pairs(files: Sequence[str], against: str | None, algorithms: str | None, al
     if len(files) != 2:
         raise click.UsageError("which runs? two, or recordings with --against REV, or one with --algorithms A,B")
     return [(f"{files[0]} {files[1]}", parse_side(files[0]), parse_side(files[1]))]
+
+
+def _of_robot(pairs: "list[Pair]", robot: str | None) -> "list[Pair]":
+    """The same, of a robot given. Raises UsageError for runs, which have been replayed as some robot already."""
+    from dataclasses import replace
+
+    from sonarlog.sides import RunFile
+
+    if robot is None:
+        return pairs
+    given: list[Pair] = []
+    for name, a, b in pairs:
+        if isinstance(a, RunFile) or isinstance(b, RunFile):
+            raise click.UsageError("--robot goes with sides that are replayed: RECORDING@ALGORITHM, --against, …")
+        given.append((name, replace(a, robot=robot), replace(b, robot=robot)))
+    return given
 
 
 def compared(

@@ -12,6 +12,7 @@ from sonarlog.cache import RunCache
 from sonarlog.errors import SonarlogError
 from sonarlog.replay import Watcher, replay
 from sonarlog.revision import HOME, NoSuchCode, code_key, code_of, key_of, replay_with, repository
+from sonarlog.robot import load_robot
 from sonarlog.runs import BadRun, Run, read_run
 from sonarlog.sides import RunFile, Version
 from sonarlog.times import Clock
@@ -45,9 +46,9 @@ def run_of(side: RunFile | Version, cache: RunCache, watcher: Watcher | None = N
 
 
 def run_key(version: Version) -> str:
-    """Hex digest of all that decides the run: the recording's bytes, the code, the algorithm, the settings.
+    """Hex digest of all that decides the run: the recording's bytes, the code, the algorithm, the settings, the robot.
 
-    Raises NoSuchCode, and CannotReplay for a recording that cannot be read.
+    Raises NoSuchCode, BadRobot, and CannotReplay for a recording that cannot be read.
     """
     try:
         with version.recording.open("rb") as file:
@@ -60,6 +61,7 @@ def run_key(version: Version) -> str:
         "code": code,
         "algorithm": version.algorithm,
         "settings": dict(version.settings),
+        **({"robot": load_robot(version.robot).as_dict()} if version.robot else {}),
     }
     return hashlib.blake2b(json.dumps(asked, sort_keys=True).encode(), digest_size=16).hexdigest()
 
@@ -69,11 +71,12 @@ def _make(version: Version, path: Path, watcher: Watcher | None, clock: Clock | 
     where = repository()
     if version.revision is None or key_of(version.revision, where) == code_key(HOME):
         chosen = algorithm(version.algorithm or DEFAULT).configured(settings)
-        replay(version.recording, chosen, path, watcher=watcher, clock=clock)
+        robot = load_robot(version.robot) if version.robot else None
+        replay(version.recording, chosen, path, watcher=watcher, clock=clock, robot=robot)
         return
     with code_of(version.revision, where) as code:
         try:
-            unknown = replay_with(code, version.recording, version.algorithm, settings, path)
+            unknown = replay_with(code, version.recording, version.algorithm, settings, path, version.robot)
         except NoSuchCode as error:
             raise NoSuchCode(f"{version.recording}@git:{version.revision}: {error}") from None
     if unknown:

@@ -118,7 +118,12 @@ def code_of(revision: str, repository: Path = HOME) -> Iterator[Path]:
 
 
 def replay_with(
-    code: Path, recording: Path, algorithm: str | None, settings: Mapping[str, object], output: Path
+    code: Path,
+    recording: Path,
+    algorithm: str | None,
+    settings: Mapping[str, object],
+    output: Path,
+    robot: str | None = None,
 ) -> list[str]:
     """Replay with the code in that folder (None: its default algorithm); the settings that it does not know.
 
@@ -128,6 +133,8 @@ def replay_with(
     known: Mapping[str, object] = {}
     if algorithm is not None:
         words += ["--algorithm", algorithm]
+    if robot is not None:
+        words += ["--robot", str(Path(robot).resolve()) if Path(robot).exists() else robot]
     if settings:
         listed = json.loads(_run(code, ["algorithms", *([algorithm] if algorithm else []), "--json"]))
         known = listed[algorithm]["config"] if algorithm else next(iter(listed.values()))["config"]

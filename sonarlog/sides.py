@@ -34,12 +34,16 @@ class RunFile:
 
 @dataclass(frozen=True)
 class Version:
-    """A recording, and what is to replay it: None stands for the default algorithm, and for the code at hand."""
+    """A recording, and what is to replay it: None stands for the default algorithm, and for the code at hand.
+
+    `robot` is the name or the file of the robot that it is taken to be of, None for its own.
+    """
 
     recording: Path
     algorithm: str | None = None
     settings: tuple[tuple[str, object], ...] = ()
     revision: str | None = None
+    robot: str | None = None
 
     def __str__(self) -> str:
         asked = self._asked()

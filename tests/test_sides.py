@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from sonarlog.bisect import NothingToFind, bisect
 from sonarlog.cache import NoCache, RunCache
 from sonarlog.making import run_of
 from sonarlog.revision import HOME, NoSuchCode, code_key, key_of
+from sonarlog.robot import BadRobot, load_robot
 from sonarlog.runs import read_run
 from sonarlog.sides import BadSide, RunFile, Version, parse_side, version
 
@@ -247,3 +249,17 @@ def test_many_recordings_against_a_revision(
 def test_an_empty_version_is_the_default() -> None:
     assert version(REC, "") == Version(REC)
     assert (version(REC, "").label, str(version(REC, ""))) == ("now", "a.mcap")
+
+
+def test_a_robot_that_is_given_is_part_of_what_the_run_hangs_on(
+    short_recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cache = RunCache.of({"SONARLOG_CACHE": str(tmp_path / "cache")})
+    own = Version(short_recording, "odometry")
+    made = run_of(replace(own, robot="amigo-sh"), cache)
+    assert made.identity.given_robot == load_robot("amigo-sh")
+    assert run_of(own, cache).identity.given_robot is None
+    with pytest.raises(BadRobot, match="'nobody' is not built in"):
+        run_of(replace(own, robot="nobody"), cache)
+    assert sonarlog(["diff", *[str(short_recording)] * 2, "--robot", "amigo-sh"]) == 2
+    assert "--robot goes with sides that are replayed" in capsys.readouterr().err
