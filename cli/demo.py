@@ -23,19 +23,21 @@ def command(folder: Path, world: str, speed: int) -> int:
 
     The robot is a process of its own on a pseudo terminal, recorded over its real protocol.
     """
+    from slam.algorithms import DEFAULT
+
     folder.mkdir(parents=True, exist_ok=True)
     recording, picture, inspection = (folder / f"{world}{end}" for end in (".mcap", ".png", ".rrd"))
-    runs = {name: folder / f"{world}.{name}.run.mcap" for name in ("odometry", "paper")}
+    runs = {name: folder / f"{world}.{name}.run.mcap" for name in ("odometry", DEFAULT)}
     with _robot(world, speed) as port:
         _run("record", "--port", port, "--speed", str(speed), "-o", str(recording), "--force")
     _run("replay", str(recording), "--algorithm", "odometry", "-o", str(runs["odometry"]), "--force")
-    _run("replay", str(recording), "-o", str(runs["paper"]), "--viz", str(inspection), "--force")
+    _run("replay", str(recording), "-o", str(runs[DEFAULT]), "--viz", str(inspection), "--force")
     _run("diff", *map(str, runs.values()), "--png", str(picture), "--force", well=(0, 1))
     click.echo()
     for what, path in (
         ("the recording", recording),
         ("what raw odometry makes of it", runs["odometry"]),
-        ("what the paper's SLAM makes of it", runs["paper"]),
+        ("what SLAM makes of it", runs[DEFAULT]),
         ("both maps and the true walls", picture),
         ("the replay sweep by sweep (rerun FILE)", inspection),
     ):
