@@ -61,8 +61,8 @@ def command(
 
     \b
     Example:
-      sonarlog eval corridor.odometry.run.mcap corridor.paper.run.mcap
-      sonarlog eval real.paper.run.mcap --truth mocap.tum --truth-map floor.yaml --json
+      sonarlog eval corridor.odometry.run.mcap corridor.graph.run.mcap
+      sonarlog eval real.graph.run.mcap --truth mocap.tum --truth-map floor.yaml --json
       sonarlog eval other-slam.tum --truth recordings/corridor.mcap
     """
     from cli.progress import progress

@@ -43,7 +43,7 @@ def command(file: Path, form: str, which: "WhichPath | None", output: Path | Non
     \b
     Example:
       sonarlog export recordings/corridor.mcap --format carmen
-      sonarlog export corridor.paper.run.mcap --format map -o corridor.yaml
+      sonarlog export corridor.graph.run.mcap --format map -o corridor.yaml
       sonarlog export recordings/corridor.mcap --format tum --path truth -o - | head
     """
     from cli.progress import progress
