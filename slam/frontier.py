@@ -9,15 +9,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slam import dmath
-from slam.boards import within
+from slam.boards import board, stride_of, within
 from slam.dmath import Floats
-from slam.geometry import Pose
+from slam.geometry import Bools, Pose
 from slam.grid import Grid
 from slam.intent import Block, Intent
 from slam.planning import STRAIGHT, Cell, Ground, Path, Ways, find_path, least
 from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
 from slam.sweep import Ints
 from slam.views import Views, views_of
+
+COARSE = 2
+"""Cells of the map a side of one cell of the ground; the map's tiles hold a whole number of them."""
+
+TRAIL_M = 0.15
+"""Half the width of the way that the robot surely has where it has driven."""
 
 ROUND = 16
 """Waves of the search for ways between two looks at what may still win."""
@@ -34,11 +40,12 @@ class FrontierConfig:
     margin_m: float = 0.10
     clear_m: float = 0.35  # a way that keeps so much more off walls, and off the unknown, costs half
     settle_m: float = 0.7  # added to every way: a near goal is not infinitely good
-    min_gain_m2: float = 0.2  # for less no robot moves …
-    min_gain_m2_per_m: float = 0.08  # … nor for less a metre
-    apart_m: float = 0.45  # nearer than this to a scan there is no other …
-    close_m: float = 0.22  # … but this near, where nothing else is left
-    close_gain_m2: float = 0.4
+    min_gain_m2: float = 0.25  # for less no robot moves …
+    more_gain_m2: float = 0.06  # … nor for so much less a metre of way …
+    enough_gain_m2: float = 0.9  # … but it does for this
+    apart_m: float = 0.65  # nearer than this to a scan there is no other …
+    close_m: float = 0.30  # … but this near, where nothing else is left
+    close_gain_m2: float = 0.6
     most_gain_m2: float = 2.0  # a view that promises more is not better
     vain_m: float = 0.5  # so near to where the robot could not get to …
     vain_share: float = 0.4  # … a view is worth so much less, each time
@@ -79,7 +86,7 @@ class Decision:
 
 def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> tuple[Decision, Intent]:
     """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
-    known = before.after(poses[-1], len(poses) - 1, config.block_sweeps)
+    known = before.after(poses, config.block_sweeps)
     decision = _decided(grid, poses, known, config)
     if decision.chosen is None and (again := known.forgiving()) != known:  # perhaps it is gone
         known = again
@@ -90,33 +97,47 @@ def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: Front
     return decision, replace(known, goal=(x, y), leg=decision.path[: decision.leg + 1])
 
 
-def ground_of(ranks: Ranks, blocks: tuple[Block, ...], config: FrontierConfig) -> Ground:
-    """Where the robot's centre may be: on free cells that keep its radius away from anything occupied."""
+def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Ground:
+    """Where the robot's centre may be: on free cells that keep its radius away from anything occupied.
+
+    And where it has been, whatever the map says now; but not where something was in its way since.
+    """
     radius = _radius(config, ranks.cell_m)
     clear = int(config.clear_m / ranks.cell_m + 0.5)
-    solid = ranks.occupied | _discs(blocks, ranks, config.block_m)
+    blocks = np.array([(block.x, block.y) for block in known.blocks]).reshape(-1, 2)
+    trail = _discs(known.driven(poses), ranks, TRAIL_M) & ~_discs(blocks, ranks, config.block_m + config.robot_radius_m)
+    solid = (ranks.occupied | _discs(blocks, ranks, config.block_m)) & ~trail
     keep_off = within(solid, ranks.stride, radius)
-    near = within((keep_off & ranks.open) | ranks.unknown, ranks.stride, clear)
-    passable = ranks.open & ~keep_off
+    near = within((keep_off & ranks.open) | ranks.unknown, ranks.stride, clear) & ranks.everywhere
+    passable = ranks.array((ranks.open & ~keep_off) | trail)
+    rows, columns = ranks.shape[0] // COARSE, ranks.stride // COARSE
+    stride = stride_of(columns, 1)
+
+    def coarse(cells: Bools) -> Bools:
+        return np.asarray(cells.reshape(rows, COARSE, columns, COARSE).any(axis=(1, 3)))
+
+    may = ~coarse(~passable)
     return Ground(
-        passable,
-        ranks.stride,
-        ranks.shape,
-        ranks.left,
-        ranks.bottom,
-        ranks.cell_m,
-        tight=passable & near,
-        solid=solid,
+        board(may, stride),
+        stride,
+        (rows, columns),
+        ranks.left // COARSE,
+        ranks.bottom // COARSE,
+        ranks.cell_m * COARSE,
+        tight=board(may & coarse(ranks.array(near)), stride),
+        solid=board(coarse(ranks.array(solid)), stride),
     )
 
 
-def way_to(grid: Grid, pose: Pose, goal: tuple[float, float], config: FrontierConfig) -> Path | None:
-    """The way through what is known to be free, to where the robot has been before."""
+def way_to(
+    grid: Grid, poses: tuple[Pose, ...], known: Intent, here: Pose, goal: tuple[float, float], config: FrontierConfig
+) -> Path | None:
+    """The way from here through what is known to be free, to where the robot has been before."""
     ranks = ranks_of(grid, config.chink_cells, _spare(config, grid.cell_m))
     if ranks is None:
         return None
-    ground = ground_of(ranks, (), config)
-    return find_path(ground, ground.cell(pose.x, pose.y), ground.cell(*goal))
+    ground = ground_of(ranks, poses, known, config)
+    return find_path(ground, ground.cell(here.x, here.y), ground.cell(*goal))
 
 
 def _radius(config: FrontierConfig, cell_m: float) -> int:
@@ -127,14 +148,14 @@ def _spare(config: FrontierConfig, cell_m: float) -> int:
     return _radius(config, cell_m) + int(config.clear_m / cell_m + 0.5)
 
 
-def _discs(blocks: tuple[Block, ...], ranks: Ranks, radius_m: float) -> int:
-    """What was in the way, as a board."""
-    board = 0
-    for block in blocks:
-        row, column = int(block.y // ranks.cell_m) - ranks.bottom, int(block.x // ranks.cell_m) - ranks.left
-        if 0 <= row < ranks.shape[0] and 0 <= column < ranks.shape[1]:
-            board |= 1 << (row * ranks.stride + column)
-    return within(board, ranks.stride, int(radius_m / ranks.cell_m)) if board else 0
+def _discs(points: Floats, ranks: Ranks, radius_m: float) -> int:
+    """Discs about points (n, 2), as a board."""
+    rows = np.floor(points[:, 1] / ranks.cell_m).astype(np.int64) - ranks.bottom
+    columns = np.floor(points[:, 0] / ranks.cell_m).astype(np.int64) - ranks.left
+    inside = (rows >= 0) & (rows < ranks.shape[0]) & (columns >= 0) & (columns < ranks.shape[1])
+    cells = np.zeros((ranks.shape[0], ranks.stride), dtype=np.bool_)
+    cells[rows[inside], columns[inside]] = True
+    return within(ranks.board(cells), ranks.stride, int(radius_m / ranks.cell_m)) & ranks.everywhere
 
 
 def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Decision:
@@ -147,14 +168,14 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / grid.cell_m + 0.5))
     if len(pieces.sizes) == 0:
         return nothing
-    ground = ground_of(ranks, blocks, config)
+    ground = ground_of(ranks, poses, known, config)
     start = ground.cell(poses[-1].x, poses[-1].y)
     stations = np.array([(pose.x, pose.y) for pose in poses])
-    reached = ground.reached(start)
+    reached = _fine(ground.reached(start), ground)
     for apart_m, least_m2 in ((config.apart_m, config.min_gain_m2), (config.close_m, config.close_gain_m2)):
         views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, apart_m)
-        cells = list(zip(views.rows.tolist(), views.columns.tolist(), strict=True))
-        best, path = _best(_worth(views, ranks, known, least_m2, config), cells, ground, start, config)
+        cells = list(zip((views.rows // COARSE).tolist(), (views.columns // COARSE).tolist(), strict=True))
+        best, path = _best(_worth(views, ranks, known, config), cells, ground, start, least_m2, config)
         if best is not None:
             break
     regions, of = _regions(pieces, views, ranks)
@@ -163,6 +184,12 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     leg = _leg(path.points, poses, config)
     gain = float(views.gains[best])
     return Decision(frontier.bit_count(), regions, int(of[best]), path.points, leg, path.length_m, gain, blocks)
+
+
+def _fine(reached: Bools, ground: Ground) -> Bools:
+    """Cells of the map (h, w) of cells of the ground."""
+    cells = reached.reshape(-1, ground.stride)[:, : ground.shape[1]]
+    return np.repeat(np.repeat(cells, COARSE, axis=0), COARSE, axis=1)
 
 
 def _regions(pieces: Pieces, views: Views, ranks: Ranks) -> tuple[tuple[Region, ...], Ints]:
@@ -182,7 +209,7 @@ def _points(rows: Ints, columns: Ints, ranks: Ranks) -> Floats:
     return (cells + 0.5) * ranks.cell_m
 
 
-def _worth(views: Views, ranks: Ranks, known: Intent, least_m2: float, config: FrontierConfig) -> Floats:
+def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) -> Floats:
     """What each view is worth before the way to it: what it would show, less where the way was in vain before."""
     places = _points(views.rows, views.columns, ranks)
     worth = np.minimum(views.gains, config.most_gain_m2)
@@ -190,7 +217,6 @@ def _worth(views: Views, ranks: Ranks, known: Intent, least_m2: float, config: F
         near = dmath.hypot(places[:, 0] - each.x, places[:, 1] - each.y) < config.vain_m
         for _ in range(each.times):
             worth = np.where(near, worth * config.vain_share, worth)
-    worth = np.where(worth < least_m2, 0.0, worth)
     if known.goal is not None:
         same = dmath.hypot(places[:, 0] - known.goal[0], places[:, 1] - known.goal[1]) < config.vain_m
         worth = np.where(same, worth * config.stay, worth)
@@ -198,16 +224,14 @@ def _worth(views: Views, ranks: Ranks, known: Intent, least_m2: float, config: F
 
 
 def _best(
-    worth: Floats, targets: list[Cell], ground: Ground, start: Cell, config: FrontierConfig
+    worth: Floats, targets: list[Cell], ground: Ground, start: Cell, least_m2: float, config: FrontierConfig
 ) -> tuple[int | None, Path | None]:
     """The place that is worth most for the way to it, and the way; of equals the first."""
     left = np.flatnonzero(worth > 0.0).tolist()
     cells = {k: targets[k] for k in left}
     ways = Ways(ground, start, list(cells.values()))
     straight = {k: least(start, cell) for k, cell in cells.items()}
-    best: tuple[float, int] = (config.min_gain_m2_per_m, 0)
-    found = False
-    more = True
+    best, found, more = (0.0, 0), False, True
     while left:
         waiting = []
         for k in left:
@@ -215,10 +239,12 @@ def _best(
             # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
             length_m = (max(straight[k], ways.reached) if cost is None else cost) / STRAIGHT * ground.cell_m
             value = float(worth[k]) / (length_m + config.settle_m)
-            if cost is not None and value >= best[0]:
-                best, found = max(best, (value, -k)), True
-            elif cost is None and value >= best[0]:
+            if worth[k] < min(least_m2 + config.more_gain_m2 * length_m, config.enough_gain_m2):
+                continue
+            if cost is None and value >= best[0]:
                 waiting.append(k)
+            elif cost is not None and value >= best[0]:
+                best, found = max(best, (value, -k)), True
         left = waiting
         if not more:
             break

@@ -3,13 +3,13 @@
 Whether the robot got through is seen from where it scans next, so that a replay remembers the same.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from slam import dmath
 from slam.dmath import Floats
-from slam.geometry import Pose
+from slam.geometry import ORIGIN, Pose
 
 Point = tuple[float, float]
 
@@ -40,16 +40,19 @@ class Block:
 class Intent:
     """The goal that was chosen last, and the way (k, 2) to where the next scan is due.
 
-    `blocks` were in the way before, and the goals at `vain` were not reached for them.
+    `blocks` were in the way before, and the goals at `vain` were not reached for them. `trail` (n, 3) is where the
+    robot has driven: number of the sweep before, and the point in that sweep's frame F.
     """
 
     goal: Point | None = None
     leg: Floats | None = None
     blocks: tuple[Block, ...] = ()
     vain: tuple[Block, ...] = ()
+    trail: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
-    def after(self, pose: Pose, sweep: int, keep: int) -> "Intent":
-        """What is known to be in the way, now that the robot is here; forgotten after `keep` sweeps."""
+    def after(self, poses: tuple[Pose, ...], keep: int) -> "Intent":
+        """What is known to be in the way, with the robot at the last of `poses`; forgotten after `keep` sweeps."""
+        pose, sweep = poses[-1], len(poses) - 1
         blocks, vain = (
             tuple(each for each in known if sweep - each.sweep <= keep or each.times >= PATIENCE)
             for known in (self.blocks, self.vain)
@@ -58,7 +61,25 @@ class Intent:
         if point is not None:
             blocks = _noted(blocks, point, sweep)
             vain = _noted(vain, self.goal or point, sweep)
-        return replace(self, blocks=blocks, vain=vain)
+        return replace(self, blocks=blocks, vain=vain, trail=self._extended(poses))
+
+    def _extended(self, poses: tuple[Pose, ...]) -> Floats:
+        """The trail, with what was driven of the last leg."""
+        if self.leg is None or len(poses) < 2:
+            return self.trail
+        off = dmath.hypot(self.leg[:, 0] - poses[-1].x, self.leg[:, 1] - poses[-1].y)
+        if off.min() > ASTRAY_M:
+            return self.trail
+        driven = poses[-2].step_to(ORIGIN).points(self.leg[: int(np.argmin(off)) + 1 : 2])
+        sweep = np.full((len(driven), 1), float(len(poses) - 2))
+        return np.concatenate([self.trail, np.concatenate([sweep, driven], axis=1)])
+
+    def driven(self, poses: tuple[Pose, ...]) -> Floats:
+        """The trail's points (n, 2) in the map, by the poses as known now."""
+        table = np.array([(pose.x, pose.y, pose.theta) for pose in poses])[self.trail[:, 0].astype(np.int64)]
+        sine, cosine = dmath.sincos(table[:, 2])
+        x, y = self.trail[:, 1], self.trail[:, 2]
+        return np.stack([table[:, 0] + (cosine * x - sine * y), table[:, 1] + (sine * x + cosine * y)], axis=1)
 
     def forgiving(self) -> "Intent":
         """With only what was tried often enough."""

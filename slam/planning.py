@@ -13,7 +13,7 @@ from slam.components import labelled_runs
 from slam.dmath import Floats
 from slam.geometry import Bools
 
-START = 6
+START = 3
 """The start may lie this many cells inside cells that are not passable."""
 
 STRAIGHT, DIAGONAL = 5, 7

@@ -26,11 +26,16 @@ class Ranks:
     left: int
     bottom: int
     cell_m: float
+    everywhere: int
 
     def array(self, mask: int) -> Bools:
-        """A board as cells (h, stride)."""
+        """A board as cells (h, stride); those of spare columns mean nothing."""
         data = np.frombuffer(as_bytes(mask, self.stride, self.shape[0]), dtype=np.bool_)
         return data.reshape(self.shape[0], self.stride)
+
+    def board(self, cells: Bools) -> int:
+        """Cells (h, stride) as a board."""
+        return board(cells, self.stride)
 
 
 @dataclass(frozen=True)
@@ -53,9 +58,8 @@ def ranks_of(grid: Grid, chink: int, spare: int) -> Ranks | None:
     everywhere = board(np.ones((height, width), dtype=np.bool_), stride)
     core = everywhere & ~within(free | occupied, stride, chink)
     unknown = within(core, stride, chink) & everywhere
-    return Ranks(
-        everywhere & ~unknown & ~occupied, occupied, unknown, stride, (height, width), left, bottom, grid.cell_m
-    )
+    is_open = everywhere & ~unknown & ~occupied
+    return Ranks(is_open, occupied, unknown, stride, (height, width), left, bottom, grid.cell_m, everywhere)
 
 
 def frontier_of(ranks: Ranks) -> int:

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from slam import dmath
+from slam.boards import within
 from slam.dmath import PI, Floats
 from slam.geometry import Bools
 from slam.regions import Ranks
@@ -21,6 +22,9 @@ BLOCK = 4
 
 NEAR_M, FAR_M = 0.6, 1.0
 """A look from so near tells as much as three, one from so far as two, one from further as one."""
+
+BEYOND_M, ABOUT_M, MOST_BEYOND_M2 = 0.8, 0.6, 0.8
+"""So near to a place counts what is open beyond a wall, unless so near to reached cells, and so much at most."""
 
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
@@ -51,14 +55,15 @@ def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations
     reach = int(STEPS * STEP_M / ranks.cell_m * 0.8)
     near = (dr * dr + dc * dc <= reach * reach).any(axis=1)
     rows, columns = rows[near], columns[near]
-    return Views(rows, columns, _gains(rows, columns, ranks, _left(ranks, stations)))
+    gains = _gains(rows, columns, ranks, _left(ranks, stations)) + _beyond(rows, columns, ranks, reached, stations)
+    return Views(rows, columns, gains)
 
 
 def _lattice(ranks: Ranks, reached: Bools, step: int) -> tuple[Ints, Ints]:
     """Rows and columns; on lines of the grid, not of the board, which begins elsewhere as the grid grows."""
     rows = np.arange(-ranks.bottom % step, ranks.shape[0], step)
     columns = np.arange(-ranks.left % step, ranks.shape[1], step)
-    there = reached.reshape(ranks.shape[0], ranks.stride)[rows[:, None], columns]
+    there = reached[rows[:, None], columns]
     r, c = np.nonzero(there)
     return rows[r], columns[c]
 
@@ -75,6 +80,30 @@ def _left(ranks: Ranks, stations: Floats) -> Ints:
     left = np.array(LEFT, dtype=np.int64)[np.minimum(looks, len(LEFT) - 1)]
     cells = np.repeat(np.repeat(left, BLOCK, axis=0), BLOCK, axis=1)[: ranks.shape[0], : ranks.stride]
     return np.asarray(np.where(ranks.array(ranks.unknown), cells, 0))
+
+
+def _beyond(rows: Ints, columns: Ints, ranks: Ranks, reached: Bools, stations: Floats) -> Floats:
+    """m² that each place is worth for what is open near it without a way to it: a wall may have a gap nobody knows of.
+
+    Each scan nearby that showed no gap makes one less likely.
+    """
+    there = ranks.board(reached)
+    about = int(ABOUT_M / ranks.cell_m)
+    lost = ranks.array(ranks.open & ~within(there, ranks.stride, about))
+    height, width = (-(-size // BLOCK) * BLOCK for size in lost.shape)
+    padded = np.zeros((height, width), dtype=np.int64)
+    padded[: lost.shape[0], : lost.shape[1]] = lost
+    counts = np.cumsum(np.cumsum(padded, axis=0), axis=1)
+    reach = int(BEYOND_M / ranks.cell_m)
+    top, bottom = np.minimum(rows + reach, height - 1), np.maximum(rows - reach, 0)
+    right, left = np.minimum(columns + reach, width - 1), np.maximum(columns - reach, 0)
+    open_cells = counts[top, right] - counts[bottom, right] - counts[top, left] + counts[bottom, left]
+    worth = np.minimum(open_cells * (ranks.cell_m * ranks.cell_m) * 4.0, MOST_BEYOND_M2)
+    y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
+    dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
+    looks = np.count_nonzero(dx * dx + dy * dy < BEYOND_M * BEYOND_M, axis=1)
+    left_of = np.array(LEFT, dtype=np.int64)[np.minimum(2 * looks, len(LEFT) - 1)]
+    return np.asarray(worth * left_of / SCALE)
 
 
 def _gains(rows: Ints, columns: Ints, ranks: Ranks, left: Ints) -> Floats:

@@ -230,16 +230,21 @@ def test_something_put_in_the_way_is_not_touched(tmp_path: Path) -> None:
 def test_a_way_that_proves_blocked_is_remembered_and_after_a_while_forgotten() -> None:
     leg = np.column_stack([np.linspace(0.0, 1.0, 21), np.zeros(21)])
     before = Intent(goal=(2.0, 0.0), leg=leg)
-    assert before.after(Pose(0.95, 0.0, 0.0), 5, 12) == replace(before)
-    stopped = before.after(Pose(0.3, 0.02, 0.0), 5, 12)
+
+    def at(sweep: int, x: float, y: float = 0.0) -> tuple[Pose, ...]:
+        return (Pose(0.0, 0.0, 0.0),) * sweep + (Pose(x, y, 0.0),)
+
+    assert not before.after(at(5, 0.95), 12).blocks
+    assert before.after(at(5, 0.95), 12).driven(at(5, 0.95))[-1].tolist() == pytest.approx([0.9, 0.0], abs=0.06)
+    stopped = before.after(at(5, 0.3), 12)
     (block,) = stopped.blocks
     assert (block.x, block.y) == pytest.approx((0.65, 0.0), abs=0.06)
     assert (stopped.vain[0].x, stopped.vain[0].y) == (2.0, 0.0)
-    assert stopped.after(Pose(9.0, 9.0, 0.0), 17, 12).blocks
-    assert not stopped.after(Pose(9.0, 9.0, 0.0), 18, 12).blocks
+    assert stopped.after(at(17, 9.0, 9.0), 12).blocks
+    assert not stopped.after(at(18, 9.0, 9.0), 12).blocks
     often = stopped
     for sweep in range(6, 6 + PATIENCE):
-        often = often.after(Pose(0.3, 0.02, 0.0), sweep, 12)
+        often = often.after(at(sweep, 0.3), 12)
     assert often.forgiving().blocks == often.blocks
     assert not stopped.forgiving().blocks
 

@@ -25,7 +25,7 @@ from sonarlog.surroundings import room_to_points, wrap
 SECOND = 1_000_000_000
 AHEAD_M = 0.30  # the point of the path that the robot steers at is so far along it
 STOP_M = 0.10  # room before the hull at which the robot stands
-BESIDE_M = 0.03  # room beside the hull
+BESIDE_M = 0.06  # room beside the hull
 ON_THE_SPOT_DEG = 25.0  # further off than this it turns before it goes on
 WAIT_NS = 1_500_000_000  # an echo heard once is no wall
 BACK_M = 0.12  # off what was touched
@@ -72,7 +72,7 @@ class Explorer(Mover):
         self._asked = ""
         self._last_turn = -1
         self._began_ns: int | None = None
-        self._passed: Floats = np.zeros((0, 2))  # near echoes of the last half minute, looked up once a second
+        self._passed: Floats = np.zeros((0, 2))  # near echoes of the last half minute, looked up twice a second
         self._passed_ns = -SECOND
 
     @property
@@ -182,7 +182,7 @@ class Explorer(Mover):
         """Also what was heard anywhere near, in the last scans and since, and what any of the last few pings says."""
         heading = self._here.heading_deg + (0 if way > 0 else 180)
         hull = self._robot.radius_mm / 1000
-        if self._now_ns - self._passed_ns >= SECOND:
+        if self._now_ns - self._passed_ns >= SECOND // 2:
             self._passed, self._passed_ns = self._echoes.points(), self._now_ns
         points = np.concatenate([self._points, self._passed])
         scanned = room_to_points(points, self._here, heading, hull + BESIDE_M)
@@ -206,7 +206,8 @@ class Explorer(Mover):
             if hypot(here.x - start.x, here.y - start.y) < NEAR_HOME_M:
                 self._event("info", "the exploration is back at its start")
                 return
-            path = way_to(step.state.grid, here, (start.x, start.y), self._algorithm.config.frontier)
+            state, config = step.state, self._algorithm.config.frontier
+            path = way_to(state.grid, state.poses, state.intent, here, (start.x, start.y), config)
             if path is None:
                 break
             blocked = yield from self._along(path.points[: HOME_LEG + 1], step)

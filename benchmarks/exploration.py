@@ -1,0 +1,146 @@
+"""Explorations of the embedded robot, measured: how much they map, how far they drive for it, what they touch.
+
+`python -m benchmarks.exploration [--worlds loop,office] [--seeds 1-3] [--jobs 2] [--tours]`; a line an exploration,
+as JSON on stdout, and a table of medians on stderr. With `--tours` each world's fixed tour is measured the same way.
+"""
+
+import argparse
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from slam.algorithms import DEFAULT, algorithm
+from slam.geometry import ORIGIN
+from sonarlog.exploring.coverage import mapped_share, reach_of, short_tour_m
+from sonarlog.exploring.explorer import Explorer, Limits
+from sonarlog.exploring.reproduction import Reproduction
+from sonarlog.log import Log
+from sonarlog.map_metrics import map_quality
+from sonarlog.recorder import Plan, Recorder
+from sonarlog.recording import RecordingWriter, read_log
+from sonarlog.replay import replay_sweeps, sweeps_of, true_pose
+from sonarlog.route import parse_route
+from sonarlog.sim.world import load_world
+from sonarlog.transport import open_link
+
+WORLDS = "bend,loop,office,clutter"
+LONGEST_NS = 7_200_000_000_000
+SHOWN = ("share", "metres", "of_bound", "scans", "clearance_m", "occupied_true", "surface_mapped", "free_true")
+
+
+def main() -> None:
+    """Run them and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worlds", default=WORLDS)
+    parser.add_argument("--seeds", default="1-3")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--tours", action="store_true")
+    parser.add_argument("--keep", type=Path, help="keep the recordings in this folder")
+    given = parser.parse_args()
+    first, _, last = given.seeds.partition("-")
+    seeds = range(int(first), int(last or first) + 1)
+    kinds = ("exploration", "tour") if given.tours else ("exploration",)
+    asked = [(kind, world, seed) for world in given.worlds.split(",") for seed in seeds for kind in kinds]
+    with TemporaryDirectory() as folder, ProcessPoolExecutor(given.jobs) as pool:
+        rows = []
+        for row in pool.map(partial(measured, given.keep or Path(folder)), asked):
+            rows.append(row)
+            print(json.dumps(row), flush=True)
+    table(rows)
+
+
+def measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:
+    """One exploration, or one fixed tour, and all that is told of it."""
+    kind, world, seed = asked
+    path = folder / f"{kind}-{world}-{seed}.mcap"
+    began = time.monotonic()
+    ended = _drive(path, kind, world, seed)
+    took_s = time.monotonic() - began
+    log = read_log(path)
+    chosen = algorithm(DEFAULT)
+    again = Reproduction(log.decisions, chosen)
+    truth = []
+    for step in replay_sweeps(log, sweeps_of(log, path), chosen):
+        again.add(step)
+        truth.append(true_pose(log.truth, int(step.sweep.t_ns[step.sweep.reference])))
+    assert log.truth is not None
+    assert log.surfaces is not None
+    known = [pose for pose in truth if pose is not None]
+    frame = known[0].compose(step.state.poses[0].step_to(ORIGIN))
+    reach = reach_of(load_world(world), log.robot.radius_mm / 1000)
+    bound_m = short_tour_m(reach)
+    metres = float(np.hypot(*np.diff(log.truth.pose[:, :2], axis=0).T).sum())
+    stations = np.array([(pose.x, pose.y) for pose in known])
+    quality = map_quality(step.state.grid, log.surfaces, frame, stations)
+    off = [np.hypot(a.x - b.x, a.y - b.y) for a, b in zip(map(frame.compose, step.state.poses), known, strict=True)]
+    reproduced = again.result()
+    return {
+        "kind": kind,
+        "world": world,
+        "seed": seed,
+        "ended": ended,
+        "share": round(mapped_share(step.state.grid, frame, reach), 4),
+        "metres": round(metres, 1),
+        "bound_m": round(bound_m, 1),
+        "of_bound": round(metres / bound_m, 2),
+        "scans": len(known),
+        "robot_s": round(float(log.odometry.t_ns[-1]) / 1e9),
+        "took_s": round(took_s, 1),
+        "clearance_m": round(clearance_m(log), 3),
+        "touched": sum("stalled" in event.text for event in log.events),
+        "ate_m": round(float(np.sqrt(np.mean(np.square(off)))), 3),
+        "reproduced": reproduced is None or reproduced.other is None,
+        **{name: value and round(value, 4) for name, value in vars(quality).items()},
+    }
+
+
+def _drive(path: Path, kind: str, world: str, seed: int) -> str:
+    """Record it; why it ended."""
+    made: list[Explorer] = []
+
+    def explorer(robot: Any) -> Explorer:
+        made.append(Explorer(robot, algorithm(DEFAULT), Limits()))
+        return made[0]
+
+    plan = Plan(mover=explorer, recovers=True) if kind == "exploration" else Plan(parse_route(load_world(world).tour))
+    link = open_link(f"sim://{world}?seed={seed}", time.monotonic_ns)
+    with RecordingWriter(path, started_wall_ns=0, command_line="", config={}, lean=True, force=True) as writer:
+        Recorder(link, writer, plan, wall_ns=time.monotonic_ns).run(lambda: link.now_ns() > LONGEST_NS)
+    return (made[0].ended or "it took too long") if made else "the tour is done"
+
+
+def clearance_m(log: Log) -> float:
+    """Nearest that the robot's centre came to a true surface."""
+    assert log.truth is not None
+    assert log.surfaces is not None
+    nearest = np.inf
+    begin, end = log.surfaces.segments[None, :, :2], log.surfaces.segments[None, :, 2:]
+    along = end - begin
+    for points in np.array_split(log.truth.pose[:, None, :2], 1 + len(log.truth.pose) // 5000):
+        share = np.clip(((points - begin) * along).sum(-1) / (along**2).sum(-1), 0, 1)[..., None]
+        nearest = min(nearest, float(np.hypot(*np.moveaxis(points - begin - share * along, -1, 0)).min()))
+        if len(log.surfaces.poles):
+            away = np.hypot(*np.moveaxis(points - log.surfaces.poles[None, :, :2], -1, 0)) - log.surfaces.poles[:, 2]
+            nearest = min(nearest, float(away.min()))
+    return nearest
+
+
+def table(rows: list[dict[str, Any]]) -> None:
+    """Medians over the seeds."""
+    print("world kind runs " + " ".join(SHOWN), file=sys.stderr)
+    for world, kind in dict.fromkeys((row["world"], row["kind"]) for row in rows):
+        mine = [row for row in rows if (row["world"], row["kind"]) == (world, kind)]
+        values = " ".join(f"{median(row[name] for row in mine):.3g}" for name in SHOWN)
+        print(f"{world} {kind} {len(mine)} {values}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
