@@ -52,7 +52,10 @@ class EndConfig:
     """What ends a wall: so near its line, so far from its end, and heard at least so far from the wall's own normal."""
 
     beside_m: float = 0.08
-    longest_m: float = 2.0
+    longest_m: float = 3.0
+    ended_m: float = 0.15
+    ratio: float = 1.5
+    short_m: float = 1.2
     aside_deg: float = 20.0
 
 
@@ -85,24 +88,27 @@ def _between(one: list[float], other: list[float]) -> tuple[float, float, float,
     return min(pairs, key=lambda p: (p[0] - p[2]) * (p[0] - p[2]) + (p[1] - p[3]) * (p[1] - p[3]))
 
 
-def end_gaps(walls: Pieces, spots: Spots, newest: int, config: EndConfig, weight: int) -> Gaps:
+def end_gaps(walls: Pieces, spots: Spots, sweep: int, config: EndConfig, weight: int) -> Gaps:
     """The gaps from walls' ends to the nearest spot in line, if no other piece of the chain lies between.
 
-    Only those of which one side was seen by sweep `newest`.
+    Only those of which the later side was seen by that sweep.
     """
-    mine = spots.sweep == newest
-    # An older wall matters only if one of this sweep's spots may be its end.
-    near = (walls.sweep == newest) | _in_line(walls, spots, config)[:, mine].any(axis=1)
-    found, rows = _in_line(walls.at(np.flatnonzero(near)), spots, config), np.flatnonzero(near)
+    mine = spots.sweep == sweep
+    # A wall of another sweep matters only if one of this sweep's spots may be its end.
+    rows = np.flatnonzero((walls.sweep == sweep) | _in_line(walls, spots, config)[:, mine].any(axis=1))
     some = walls.at(rows)
+    found = _in_line(some, spots, config)
     place = some.normal[:, :1] * spots.point[:, 1] - some.normal[:, 1:] * spots.point[:, 0]
-    low, high, room = _rooms(some, walls, rows)
+    low, high, room, length = _rooms(some, walls, rows)
+    reach = np.minimum(np.maximum(config.ratio * length, config.short_m), config.longest_m)
     sides = []
     for k, beyond in ((0, low - place), (1, place - high)):
-        gap = np.where(found & (beyond > 0.0) & (beyond <= np.minimum(room[k], config.longest_m)), beyond, np.inf)
+        fits = found & (beyond > -config.ended_m) & (beyond <= np.minimum(room[k], reach))
+        gap = np.where(fits, beyond, np.inf)
         nearest = gap.argmin(axis=1) if gap.size else np.zeros(len(rows), dtype=np.int64)
-        good = np.isfinite(gap.min(axis=1, initial=np.inf))
-        good[good] &= (some.sweep[good] == newest) | mine[nearest[good]]
+        least = gap.min(axis=1, initial=np.inf)
+        good = np.isfinite(least) & (least > 0.0)
+        good[good] &= np.maximum(some.sweep[good], spots.sweep[nearest[good]]) == sweep
         sides.append((np.flatnonzero(good), nearest[good], np.full(int(np.count_nonzero(good)), k)))
     wall, spot, side = (np.concatenate([each[k] for each in sides]) for k in range(3))
     ends = some.ends[wall]
@@ -110,6 +116,18 @@ def end_gaps(walls: Pieces, spots: Spots, newest: int, config: EndConfig, weight
     first = (places_of[0] <= places_of[1]) == (side == 0)
     start = np.where(first[:, None], ends[:, :2], ends[:, 2:])
     return Gaps(np.concatenate([start, spots.point[spot]], axis=1), np.full(len(wall), weight))
+
+
+def ended_by(gaps: Floats, spots: Floats, config: EndConfig, margin_m: float = 0.1) -> Bools:
+    """In which of the gaps (g, 4) one of the spots (s, 4) stands, so that a wall would have ended there."""
+    dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
+    length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)
+    along_x, along_y = dx / length, dy / length
+    x, y = spots[:, 0] - gaps[:, :1], spots[:, 1] - gaps[:, 1:2]
+    place, beside = along_x * x + along_y * y, np.abs(along_x * y - along_y * x)
+    aside = np.abs(along_x * spots[:, 2] + along_y * spots[:, 3]) >= dmath.sin(config.aside_deg * DEGREE)
+    inside = (place > margin_m) & (place < length - margin_m) & (beside <= config.beside_m)
+    return np.asarray((aside & inside).any(axis=1))
 
 
 def _in_line(walls: Pieces, spots: Spots, config: EndConfig) -> Bools:
@@ -120,16 +138,18 @@ def _in_line(walls: Pieces, spots: Spots, config: EndConfig) -> Bools:
     return np.asarray(beside & aside)
 
 
-def _rooms(some: Pieces, walls: Pieces, rows: Ints) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+def _rooms(some: Pieces, walls: Pieces, rows: Ints) -> tuple[Floats, Floats, tuple[Floats, Floats], Floats]:
     """Extent of some of the walls along themselves, and how far it is on either side to the next piece of its chain."""
     starts, stops = extents(walls, some)
     at = np.arange(len(rows))
     low, high = starts[at, rows][:, None], stops[at, rows][:, None]
     others = some.chain[:, None] == walls.chain
+    far = np.where(others, stops, -np.inf).max(axis=1, initial=-np.inf)
+    length = far - np.where(others, starts, np.inf).min(axis=1, initial=np.inf)
     others[at, rows] = False
     below = np.where(others & (starts < low), low - stops, np.inf).min(axis=1, initial=np.inf)
     above = np.where(others & (stops > high), starts - high, np.inf).min(axis=1, initial=np.inf)
-    return low, high, (below[:, None], above[:, None])
+    return low, high, (below[:, None], above[:, None]), length[:, None]
 
 
 def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:

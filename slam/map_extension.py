@@ -13,19 +13,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slam import dmath
-from slam.association import POINT, WALL, Chains, Member
+from slam.association import OPEN, POINT, WALL, Chains, Member
 from slam.cones import render_cones
 from slam.dmath import DEGREE, Floats
 from slam.evidence import NOTHING, Evidence, Layer, patch_between
 from slam.features import Features
 from slam.geometry import Bools, Pose, wrap
 from slam.grid import Grid, Patch
-from slam.links import Gaps, Spots, chain_gaps, end_gaps, heard_through
+from slam.links import Gaps, Spots, chain_gaps, end_gaps, ended_by, heard_through
 from slam.pieces import Pieces, places_of
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
 from slam.self_calibration import Calibrated
-from slam.shapes import shapes_of
+from slam.shapes import cut, in_line, shapes_of
 from slam.sight import Sight, sight_of
 from slam.sweep import Ints
 
@@ -34,16 +34,18 @@ from slam.sweep import Ints
 class Painted:
     """A sweep on the map: what it saw, and what it was drawn as.
 
-    `walls` (w,) are the pieces drawn as walls, as `strokes` (w, 4), `paths` (w, 4) the ways of sound to these, `spots`
-    (s, 4) what may be the end of a wall: x, y and the direction (cos, sin) that it was heard in; `gaps` (g, 4) those
-    that it filled; `layer` is the evidence.
+    `walls` (w,) are the pieces drawn as walls, in full or less (`shares`, (w,)), as `strokes` (w, 4), `paths` (w, 4) the
+    ways of sound to these. `spots` (s, 4) may be the ends of walls: x, y and the direction (cos, sin) that each was
+    heard in, `spot_of` (s,) the pieces that they are (−1: none). `gaps` (g, 4) were filled, `layer` is the evidence.
     """
 
     sight: Sight
     walls: Ints
+    shares: Floats
     strokes: Floats
     paths: Floats
     spots: Floats
+    spot_of: Ints
     gaps: Floats
     layer: Layer
 
@@ -53,8 +55,8 @@ class Map:
     """The occupancy grid, and what it takes to draw parts of it again.
 
     `poses` and `members` are those that it was last held against, `places` (n, 3) and `pieces` the same as arrays: what
-    is the same object still has not changed. `stood` (n, 3) and `drawn` (m, 5: ends, whether as a wall) are those that
-    each sweep was drawn with.
+    is the same object still has not changed. `stood` (n, 3) and `drawn` (m, 5: ends, and which share of the wall) are
+    those that each sweep was drawn with.
     """
 
     grid: Grid
@@ -89,7 +91,7 @@ def extend_map(
     again = drawing.outdated()
     drawing.draw(again)
     drawing.add(sight_of(calibrated, reliability, features, every_beam=config.plain_cone), newest)
-    drawing.draw(drawing.heard_through(newest))
+    drawing.draw(drawing.stirred(newest))
     return drawing.map(), patch_between(before.grid, drawing.grid)
 
 
@@ -130,13 +132,14 @@ class _Drawing:
         far = [(pieces.normal[:, 0] * off[:, k] + pieces.normal[:, 1] * off[:, k + 1]) for k in (0, 2)]
         moved = (np.abs(far[0]) > config.repaint_m) | (np.abs(far[1]) > config.repaint_m)
         moved |= np.maximum(x, y) > config.repaint_along_m
-        wall = self._drawn[: self._known, 4] != 0.0
-        return np.asarray(moved | np.where(wall, pieces.nature == POINT, pieces.nature == WALL))
+        drawn = self._drawn[: self._known, 4]
+        moved |= (pieces.nature == POINT) & (drawn != 0.0)
+        return np.asarray(moved | ((pieces.nature == WALL) & (drawn != 1.0)))
 
     def add(self, sight: Sight, number: int) -> None:
         """Draw a new sweep, the last one."""
         none, rows = np.zeros(0, dtype=np.int64), np.zeros((0, 4))
-        self._painted.append(Painted(sight, none, rows, rows, rows, rows, NOTHING))
+        self._painted.append(Painted(sight, none, np.zeros(0), rows, rows, rows, none, rows, NOTHING))
         self._shown = np.append(self._shown, False)
         self._stood = np.concatenate([self._stood, self._places[number : number + 1]])
         self.draw([number])
@@ -153,18 +156,25 @@ class _Drawing:
             self._stood[k] = self._places[k]
             own = self._pieces.of_sweep(k)
             self._drawn[own, :4], self._drawn[own, 4] = self._pieces.ends[own], 0.0
-            self._drawn[drawn.walls, 4] = 1.0
+            self._drawn[drawn.walls, 4] = drawn.shares
             self._change([], [drawn.layer])
 
-    def heard_through(self, newest: int) -> list[int]:
-        """The sweeps that filled a gap through which the newest one heard a wall."""
-        near = [k for k in self._near(newest).tolist() if k != newest]
-        rows = [self._painted[k].gaps for k in near]
-        if not near:
+    def stirred(self, newest: int) -> list[int]:
+        """The older sweeps that would be drawn otherwise if what the newest one saw had been known."""
+        near, new, config = self._near(newest), self._painted[newest], self._config
+        near = near[near != newest]
+        seen = [self._painted[k] for k in near.tolist()]
+        if not seen:
             return []
-        number = np.repeat(np.array(near), [len(each) for each in rows])
-        heard = heard_through(np.concatenate(rows), self._painted[newest].paths)
-        return [int(k) for k in np.unique(number[heard])]
+        gaps, gap_of = _stacked([each.gaps for each in seen])
+        strokes, stroke_of = _stacked([each.strokes for each in seen])
+        paths, _ = _stacked([each.paths for each in seen])
+        pieces = self._pieces.at(np.concatenate([each.walls for each in seen]))
+        doubtful = (pieces.nature == OPEN) & in_line(paths[:, 2:], pieces.normal, new.strokes, config.shapes)
+        crossed = np.abs(cut(paths[:, 2:], strokes, new.strokes) - strokes).max(axis=1, initial=0.0) > config.cell_m
+        ended = heard_through(gaps, new.paths) | ended_by(gaps, new.spots[new.spot_of < 0], config.ends)
+        which = np.concatenate([gap_of[ended], stroke_of[doubtful | crossed]])
+        return [int(k) for k in near[np.unique(which)]]
 
     def _change(self, gone: list[Layer], new: list[Layer]) -> None:
         if gone or new:
@@ -189,7 +199,8 @@ class _Drawing:
         near = self._near(k)
         others = [self._painted[j] for j in near.tolist()]
         around = np.concatenate([np.zeros((0, 4)), *(old.strokes for old in others)])
-        shapes = shapes_of(sight, pose, own, around, config.shapes)
+        walls = self._pieces.at(self._pieces.of_sweeps(np.union1d(near, [k])))
+        shapes = shapes_of(sight, pose, own, around, walls.normal[walls.nature == WALL], config.shapes)
         wall = shapes.wall >= 0
         first = self._pieces.of_sweep(k).start
         stations = np.repeat(np.array([[pose.x, pose.y]]), len(wall), axis=0)
@@ -197,29 +208,38 @@ class _Drawing:
         drawn = replace(
             bare,
             walls=first + shapes.wall[wall],
+            shares=np.where(shapes.short[wall], 0.5, 1.0),
             strokes=shapes.ends[wall],
             paths=np.concatenate([stations, shapes.foot], axis=1)[wall],
-            spots=np.concatenate([shapes.foot, cosine[:, None], sine[:, None]], axis=1)[~shapes.told],
+            spots=np.concatenate([shapes.foot, cosine[:, None], sine[:, None]], axis=1),
+            spot_of=np.where(wall, first + shapes.wall, -1),
         )
         paths = np.concatenate([drawn.paths, *(old.paths for old in others)])
-        gaps = self._gaps(k, own, drawn, near[near < k])
+        gaps = self._gaps(k, own, drawn, near)
         gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
         layer = render(sight, pose, own, shapes, gaps, self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
 
-    def _gaps(self, k: int, own: Pieces, drawn: Painted, older: Ints) -> Gaps:
+    def _gaps(self, k: int, own: Pieces, drawn: Painted, near: Ints) -> Gaps:
         """Gaps in chains, and between walls and the corners that they end in."""
         config, pieces = self._config, self._pieces
-        before = pieces.at(pieces.of_sweeps(older))
+        before = pieces.at(pieces.of_sweeps(near[near < k]))
         links = chain_gaps(
             own.at(np.flatnonzero(own.nature != POINT)),
             before.at(np.flatnonzero(before.nature != POINT)),
             config.link_gap_m,
             config.link,
         )
-        seen = [*((j, self._painted[j]) for j in older.tolist()), (k, drawn)]
+        seen = [*((j, self._painted[j]) for j in near.tolist()), (k, drawn)]
         rows = np.concatenate([each.spots for _, each in seen])
         numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
         walls = pieces.at(np.concatenate([each.walls for _, each in seen]))
-        spots = Spots(rows[:, :2], rows[:, 2:], numbers)
+        of = np.concatenate([each.spot_of for _, each in seen])
+        may = np.append(pieces.nature, OPEN)[of] != WALL
+        spots = Spots(rows[may, :2], rows[may, 2:], numbers[may])
         return links.joined(end_gaps(walls, spots, k, config.ends, config.end)) if config.end else links
+
+
+def _stacked(parts: list[Floats]) -> tuple[Floats, Ints]:
+    """Rows of all parts, and which part each is of."""
+    return np.concatenate(parts), np.repeat(np.arange(len(parts)), [len(part) for part in parts])

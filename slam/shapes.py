@@ -26,10 +26,12 @@ STEEP = 0.34
 class ShapeConfig:
     """When something that may be a wall or a corner is drawn as a wall: near enough, and not in line with a wall."""
 
-    open_m: float = 4.0
+    open_m: float = 3.0
     in_line_m: float = 0.12
     in_line_deg: float = 20.0
     in_line_reach_m: float = 1.0
+    open_half_m: float = 0.2
+    square_deg: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -37,34 +39,38 @@ class Shapes:
     """n things in the map frame: each at its `foot` (n, 2), heard in the direction `bearing` (n,), drawn between its
     `ends` (n, 4), which are one point for a dot.
 
-    `wall` (n,): its number among the sweep's walls if it is drawn as one, else −1. `told` (n,): it is known to be one.
+    `wall` (n,): its number among the sweep's walls if it is drawn as one, else −1. `short` (n,): only the middle of
+    one, because nobody knows yet.
     """
 
     foot: Floats
     bearing: Floats
     ends: Floats
     wall: Ints
-    told: Bools
+    short: Bools
     support: Ints
 
 
-def shapes_of(sight: Sight, pose: Pose, own: Pieces, around: Floats, config: ShapeConfig) -> Shapes:
-    """A shape for each thing of the sweep; `own` are its walls, `around` (w, 4) those of other sweeps near by."""
+def shapes_of(sight: Sight, pose: Pose, own: Pieces, around: Floats, told: Floats, config: ShapeConfig) -> Shapes:
+    """A shape for each thing of the sweep; `own` are its walls, `around` (w, 4) those of other sweeps near by, and
+    `told` (t, 2) the normals of what is known to be a wall."""
     foot, bearing = pose.points(sight.foot), sight.bearing + pose.theta
     feet, far = feet_of(own, pose)
-    known = np.concatenate([around, own.ends[own.nature != POINT]])
-    doubtful = in_line(feet, own.normal, known, config)
+    lines = np.concatenate([around, own.ends[own.nature != POINT]])
+    doubtful = in_line(feet, own.normal, lines, config)
     solid = (own.nature == WALL) | ((own.nature == OPEN) & ~doubtful & (far <= config.open_m))
     as_wall = np.flatnonzero((sight.wall >= 0) & solid[sight.wall]) if len(own.chain) else np.zeros(0, dtype=np.int64)
     which = sight.wall[as_wall]
     ends = clipped(feet[which], own.ends[which], which, own, np.flatnonzero(solid))
     ends = cut(feet[which], ends, around)
+    askew = ~_square(own.normal[which], told, config) & (own.nature[which] == OPEN)
+    ends = _shortened(feet[which], ends, askew, config.open_half_m)
     foot[as_wall], bearing[as_wall] = feet[which], own.line[which, 0]
     all_ends = np.concatenate([foot, foot], axis=1)
     all_ends[as_wall] = ends
-    wall, told = np.full(len(foot), -1), np.zeros(len(foot), dtype=bool)
-    wall[as_wall], told[as_wall] = which, own.nature[which] == WALL
-    return Shapes(foot, bearing, all_ends, wall, told, sight.support)
+    wall, short = np.full(len(foot), -1), np.zeros(len(foot), dtype=bool)
+    wall[as_wall], short[as_wall] = which, askew
+    return Shapes(foot, bearing, all_ends, wall, short, sight.support)
 
 
 def feet_of(own: Pieces, pose: Pose) -> tuple[Floats, Floats]:
@@ -127,3 +133,20 @@ def clipped(feet: Floats, ends: Floats, numbers: Ints, own: Pieces, others: Ints
         found[:, x] = feet[:, 0] + part * (ends[:, x] - feet[:, 0])
         found[:, y] = feet[:, 1] + part * (ends[:, y] - feet[:, 1])
     return found
+
+
+def _shortened(feet: Floats, ends: Floats, which: Bools, half_m: float) -> Floats:
+    """Some of the walls' ends (n, 4), not farther than that from the foot."""
+    found = ends.copy()
+    for x, y in ((0, 1), (2, 3)):
+        dx, dy = ends[:, x] - feet[:, 0], ends[:, y] - feet[:, 1]
+        part = np.where(which, np.minimum(1.0, half_m / np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)), 1.0)
+        found[:, x], found[:, y] = feet[:, 0] + part * dx, feet[:, 1] + part * dy
+    return found
+
+
+def _square(normals: Floats, others: Floats, config: ShapeConfig) -> Bools:
+    """Which of the normals (n, 2) are parallel or square to one of the others (m, 2)."""
+    along = normals[:, :1] * others[:, 0] + normals[:, 1:] * others[:, 1]
+    across = normals[:, :1] * others[:, 1] - normals[:, 1:] * others[:, 0]
+    return np.asarray((np.minimum(np.abs(along), np.abs(across)) <= dmath.sin(config.square_deg * DEGREE)).any(axis=1))
