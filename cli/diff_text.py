@@ -68,6 +68,14 @@ def _times(report: "Report", *, verbose: bool) -> None:
         click.echo(f"Times: {times.words}.")
 
 
+def _times_in_short(report: "Report | None") -> None:
+    """A line, where they say something."""
+    times = report.times if report else None
+    if times is not None and times.telling:
+        rows = ", ".join(f"{row.block or row.name} {_ratio(row)}" for row in times.telling)
+        click.echo(f"  Times: {rows}; {times.words}")
+
+
 def _ratio(row: "BlockTime") -> str:
     return "–" if row.ratio is None else f"× {row.ratio:.2f}"
 
@@ -84,6 +92,7 @@ def tell_many(outcomes: "Sequence[Outcome]") -> None:
             click.echo(outcome.name)
             said = outcome.report.headline if outcome.report else f"Failed: {outcome.failed}"
             click.echo(f"  {said}")
+            _times_in_short(outcome.report)
             for reason in outcome.reasons:
                 _coloured(f"  Not kept: {reason}", COLOURS["failed"])
 

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from cli.diff_text import tell_many
 from cli.main import run as sonarlog
-from sonarlog.diff import Report, diff_runs
+from sonarlog.diff import FirstDifference, Report, diff_runs
 from sonarlog.diff.figures import figures
 from sonarlog.diff.gate import BadCondition, Condition
+from sonarlog.diff.outcome import Outcome
 from sonarlog.diff_page import page
 from sonarlog.runs import Run, read_run
 from sonarlog.times import TIMED, BlockTimes
@@ -103,6 +105,16 @@ def test_the_command_tells_them_where_they_say_something_or_when_asked(
     assert "E feature association" in capsys.readouterr().out
     assert sonarlog(["diff", a, a]) == 0
     assert "ms a sweep" not in capsys.readouterr().out
+
+
+def test_of_many_diffs_a_line_each(report: Report, capsys: pytest.CaptureFixture[str]) -> None:
+    changed = replace(
+        report, first=FirstDifference(0, "E", "feature association", ("one", "other"), {}, (None, None), ())
+    )
+    tell_many([Outcome("changed", changed), Outcome("same", report)])
+    told = [line.strip() for line in capsys.readouterr().out.splitlines() if "Times" in line]
+    assert len(told) == 1
+    assert told[0].startswith("Times: E × 1.50, H × 3.00, all blocks × 1.41; both measured now on this machine")
 
 
 def test_what_was_replayed_for_the_diff_is_told_from_what_was_kept(
