@@ -43,9 +43,7 @@ class FrontierConfig:
     min_gain_m2: float = 0.25  # for less no robot moves …
     more_gain_m2: float = 0.06  # … nor for so much less a metre of way …
     enough_gain_m2: float = 0.9  # … but it does for this
-    apart_m: float = 0.65  # nearer than this to a scan there is no other …
-    close_m: float = 0.30  # … but this near, where nothing else is left
-    close_gain_m2: float = 0.6
+    apart_m: float = 0.65  # nearer than this to a scan there is no other; where none is left half and a quarter of it
     most_gain_m2: float = 2.0  # a view that promises more is not better
     vain_m: float = 0.5  # so near to where the robot could not get to …
     vain_share: float = 0.4  # … a view is worth so much less, each time
@@ -172,10 +170,10 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     start = ground.cell(poses[-1].x, poses[-1].y)
     stations = np.array([(pose.x, pose.y) for pose in poses])
     reached = _fine(ground.reached(start), ground)
-    for apart_m, least_m2 in ((config.apart_m, config.min_gain_m2), (config.close_m, config.close_gain_m2)):
-        views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, apart_m)
+    for part in (1, 2, 4):
+        views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, config.apart_m / part)
         cells = list(zip((views.rows // COARSE).tolist(), (views.columns // COARSE).tolist(), strict=True))
-        best, path = _best(_worth(views, ranks, known, config), cells, ground, start, least_m2, config)
+        best, path = _best(_worth(views, ranks, known, config), cells, ground, start, part * config.min_gain_m2, config)
         if best is not None:
             break
     regions, of = _regions(pieces, views, ranks)
