@@ -44,44 +44,39 @@ class Evidence:
 
     tiles: Mapping[tuple[int, int], Sums] = field(default_factory=dict)
 
-    def changed(self, gone: list[Layer], new: list[Layer]) -> "Evidence":
-        """Without some layers and with others; shares every tile that none of them touches."""
-        tiles, own = dict(self.tiles), set[tuple[int, int]]()
+    def changed(self, gone: list[Layer], new: list[Layer]) -> tuple["Evidence", list[tuple[int, int]]]:
+        """Without some layers and with others, and which tiles those touch; all others are shared."""
+        tiles, touched = dict(self.tiles), dict[tuple[int, int], Sums]()
         for sign, layers in ((-1, gone), (1, new)):
             for layer in layers:
                 for place, inside, window in _split(layer):
-                    if place not in own:
-                        own.add(place)
-                        tiles[place] = tiles[place].copy() if place in tiles else np.zeros((TILE, TILE), np.int32)
+                    if place not in touched:
+                        touched[place] = tiles[place].copy() if place in tiles else np.zeros((TILE, TILE), np.int32)
                     if sign > 0:
-                        tiles[place][inside] += window
+                        touched[place][inside] += window
                     else:
-                        tiles[place][inside] -= window
-        for place, tile in tiles.items():
-            if place in own:
-                tile.setflags(write=False)
-        return Evidence(tiles)
+                        touched[place][inside] -= window
+        for tile in touched.values():
+            tile.setflags(write=False)
+        return Evidence(tiles | touched), list(touched)
 
-    def shown(self, before: "Evidence", grid: Grid) -> Grid:
-        """The grid that showed the evidence `before`, showing this."""
+    def shown(self, grid: Grid, changed: list[tuple[int, int]]) -> Grid:
+        """The grid that showed all but those tiles as they are, showing these too."""
         tiles = dict(grid.tiles)
-        for place, sums in self.tiles.items():
-            if before.tiles.get(place) is not sums:
-                tile = np.clip(sums, -LIMIT, LIMIT).astype(np.int16)
-                tile.setflags(write=False)
-                tiles[place] = tile
+        for place in changed:
+            tiles[place] = np.clip(self.tiles[place], -LIMIT, LIMIT).astype(np.int16)
+            tiles[place].setflags(write=False)
         return Grid(grid.cell_m, grid.occupied_from, grid.free_from, tiles)
 
 
-def patch_between(before: Grid, after: Grid) -> Patch:
-    """What changed from one grid to the other."""
+def patch_between(before: Grid, after: Grid, changed: list[tuple[int, int]]) -> Patch:
+    """What changed from one grid to the other, if nothing did outside those tiles."""
     changes = dict[tuple[int, int], Cells]()
-    for place, tile in after.tiles.items():
-        was = before.tiles.get(place)
-        if was is not tile:
-            change = tile if was is None else tile - was
-            if change.any():
-                changes[place] = change
+    for place in changed:
+        tile, was = after.tiles[place], before.tiles.get(place)
+        change = tile if was is None else tile - was
+        if change.any():
+            changes[place] = change
     return _joined(changes) if changes else Patch(0, 0, np.zeros((1, 1), dtype=np.int16))
 
 

@@ -34,9 +34,9 @@ from slam.sweep import Ints
 class Painted:
     """A sweep on the map: what it saw, and what it was drawn as.
 
-    `walls` (w,) are the pieces drawn as walls, in full or less (`shares`, (w,)), as `strokes` (w, 4), `paths` (w, 4) the
-    ways of sound to these. `spots` (s, 4) may be the ends of walls: x, y and the direction (cos, sin) that each was
-    heard in, `spot_of` (s,) the pieces that they are (−1: none). `gaps` (g, 4) were filled, `layer` is the evidence.
+    `walls` (w,) are the pieces drawn as walls, in full or less (`shares`, (w,)), as `strokes` (w, 4); `paths` (w, 4)
+    are the ways of sound to these. `spots` (s, 4) may be the ends of walls: x, y and the direction (cos, sin) that each
+    was heard in, `spot_of` (s,) the pieces that they are (−1: none). `gaps` (g, 4) were filled; `layer`: the evidence.
     """
 
     sight: Sight
@@ -92,14 +92,14 @@ def extend_map(
     drawing.draw(again)
     drawing.add(sight_of(calibrated, reliability, features, every_beam=config.plain_cone), newest)
     drawing.draw(drawing.stirred(newest))
-    return drawing.map(), patch_between(before.grid, drawing.grid)
+    return drawing.map(), patch_between(before.grid, drawing.grid, list(drawing.touched))
 
 
 class _Drawing:
     """A map on which sweeps are drawn: all poses and walls as known now, and what is painted so far."""
 
     def __init__(self, before: Map, poses: tuple[Pose, ...], members: tuple[Member, ...], config: MapConfig) -> None:
-        self.grid = before.grid
+        self.grid, self.touched = before.grid, dict[tuple[int, int], None]()
         self._evidence, self._config = before.evidence, config
         self._poses, self._members = poses, members
         self._places = places_of(before.places, before.poses, poses)
@@ -178,9 +178,9 @@ class _Drawing:
 
     def _change(self, gone: list[Layer], new: list[Layer]) -> None:
         if gone or new:
-            changed = self._evidence.changed(gone, new)
-            self.grid = changed.shown(self._evidence, self.grid)
-            self._evidence = changed
+            self._evidence, places = self._evidence.changed(gone, new)
+            self.grid = self._evidence.shown(self.grid, places)
+            self.touched |= dict.fromkeys(places)
 
     def _near(self, k: int) -> Ints:
         """The sweeps on the map that may have seen the same things as sweep `k`."""

@@ -108,17 +108,19 @@ def test_a_plain_cone_frees_what_lies_behind_the_edges_of_a_wall() -> None:
 
 def test_evidence_taken_back_leaves_nothing() -> None:
     wall = Layer(60, -3, np.full((8, 9), 100, dtype=np.int8))
-    twice = Evidence().changed([], [wall, wall])
-    grid = twice.shown(Evidence(), EMPTY)
-    patch = patch_between(EMPTY, grid)
+    twice, places = Evidence().changed([], [wall, wall])
+    grid = twice.shown(EMPTY, places)
+    patch = patch_between(EMPTY, grid, places)
     assert int(patch.delta.max()) == LIMIT
     assert (patch.left, patch.bottom, patch.delta.shape) == (60, -3, (8, 9))
-    back = twice.changed([wall], []).shown(twice, grid)
-    assert int(patch_between(grid, back).delta.min()) == 100 - LIMIT
-    gone = twice.changed([wall, wall], []).shown(twice, grid)
+    once, places = twice.changed([wall], [])
+    back = once.shown(grid, places)
+    assert int(patch_between(grid, back, places).delta.min()) == 100 - LIMIT
+    none, places = twice.changed([wall, wall], [])
+    gone = none.shown(grid, places)
     assert not any(tile.any() for tile in gone.tiles.values())
     assert back.window(60, -3, 9, 8).max() == 100
-    assert patch_between(grid, grid).delta.tolist() == [[0]]
+    assert patch_between(grid, grid, places).delta.tolist() == [[0]]
 
 
 def test_a_layer_has_no_empty_borders() -> None:
