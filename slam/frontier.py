@@ -22,7 +22,7 @@ from slam.views import Views, views_of
 COARSE = 2
 """Cells of the map a side of one cell of the ground; the map's tiles hold a whole number of them."""
 
-TRAIL_M = 0.15
+TRAIL_M = 0.20
 """Half the width of the way that the robot surely has where it has driven."""
 
 ROUND = 16
@@ -153,7 +153,7 @@ def _discs(points: Floats, ranks: Ranks, radius_m: float) -> int:
     inside = (rows >= 0) & (rows < ranks.shape[0]) & (columns >= 0) & (columns < ranks.shape[1])
     cells = np.zeros((ranks.shape[0], ranks.stride), dtype=np.bool_)
     cells[rows[inside], columns[inside]] = True
-    return within(ranks.board(cells), ranks.stride, int(radius_m / ranks.cell_m)) & ranks.everywhere
+    return within(ranks.board(cells), ranks.stride, int(radius_m / ranks.cell_m + 0.5)) & ranks.everywhere
 
 
 def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Decision:

@@ -88,13 +88,13 @@ def _beyond(rows: Ints, columns: Ints, ranks: Ranks, reached: Bools, stations: F
     Each scan nearby that showed no gap makes one less likely.
     """
     there = ranks.board(reached)
-    about = int(ABOUT_M / ranks.cell_m)
+    about = int(ABOUT_M / ranks.cell_m + 0.5)
     lost = ranks.array(ranks.open & ~within(there, ranks.stride, about))
     height, width = (-(-size // BLOCK) * BLOCK for size in lost.shape)
     padded = np.zeros((height, width), dtype=np.int64)
     padded[: lost.shape[0], : lost.shape[1]] = lost
     counts = np.cumsum(np.cumsum(padded, axis=0), axis=1)
-    reach = int(BEYOND_M / ranks.cell_m)
+    reach = int(BEYOND_M / ranks.cell_m + 0.5)
     top, bottom = np.minimum(rows + reach, height - 1), np.maximum(rows - reach, 0)
     right, left = np.minimum(columns + reach, width - 1), np.maximum(columns - reach, 0)
     open_cells = counts[top, right] - counts[bottom, right] - counts[top, left] + counts[bottom, left]

@@ -24,7 +24,7 @@ from sonarlog.surroundings import room_to_points, wrap
 
 SECOND = 1_000_000_000
 AHEAD_M = 0.30  # the point of the path that the robot steers at is so far along it
-STOP_M = 0.10  # room before the hull at which the robot stands
+STOP_M = 0.12  # room before the hull at which the robot stands
 BESIDE_M = 0.06  # room beside the hull
 ON_THE_SPOT_DEG = 25.0  # further off than this it turns before it goes on
 WAIT_NS = 1_500_000_000  # an echo heard once is no wall
@@ -162,7 +162,7 @@ class Explorer(Mover):
                     return True
                 yield from self._rest()
                 continue
-            speed = min(self._speed, 60 + 900 * left, 700 * (self._room(1) - STOP_M)) * max(0.3, 1 - abs(off) / 40)
+            speed = min(self._speed, 60 + 900 * left, 500 * (self._room(1) - STOP_M)) * max(0.3, 1 - abs(off) / 40)
             if self._stalled:
                 yield from self._back_off()
                 return True
