@@ -216,23 +216,35 @@ def _add_prior(matrix: Floats, right: Floats, graph: Graph, config: GraphConfig)
 
 
 def _eliminate_landmarks(matrix: Floats, right: Floats, seen: _Seen, part: Part) -> None:
-    """Schur's complement: each landmark ties the poses that saw it to one another."""
-    ring = len(right) - 1
-    begin = part.begin.tolist()
+    """Schur's complement: each landmark ties the poses that saw it to one another.
+
+    Most are seen for a while and then no more: from the first pose that saw one to the last is a square of the matrix.
+    """
+    ring, begin = len(right) - 1, part.begin.tolist()
+    inverse = seen.inverse
+    toward, own = (
+        np.stack([inverse[:, a, 0] * v[:, 0] + inverse[:, a, 1] * v[:, 1] for a in (0, 1)], axis=1)
+        for v in (seen.right, seen.cross_ring)
+    )
+    matrix[ring, ring] -= dmath.total((seen.cross_ring * own).ravel())
+    right[ring] -= dmath.total((seen.cross_ring * toward).ravel())
     for k in range(len(part.landmarks)):
         rows = np.arange(begin[k], begin[k + 1])
         rows = rows[part.slot[rows] >= 0]
-        at, cross = part.slot[rows], seen.cross[rows]
-        if len(at) > 1 and not bool((at[1:] > at[:-1]).all()):  # merged chains may be seen twice in one sweep
-            at, place = np.unique(at, return_inverse=True)
-            cross = np.zeros((len(at), 2, 3))
-            np.add.at(cross, place, seen.cross[rows])
-        where = np.append((3 * at[:, None] + np.arange(3)[None, :]).ravel(), ring)
-        both = [np.append(cross[:, a].ravel(), seen.cross_ring[k, a]) for a in (0, 1)]
-        inverse, known = seen.inverse[k], seen.right[k]
-        solved = [inverse[a, 0] * both[0] + inverse[a, 1] * both[1] for a in (0, 1)]
-        matrix[where[:, None], where] -= both[0][:, None] * solved[0][None, :] + both[1][:, None] * solved[1][None, :]
-        right[where] -= solved[0] * known[0] + solved[1] * known[1]
+        if not len(rows):
+            continue
+        at = part.slot[rows]
+        low, high = 3 * int(at[0]), 3 * int(at[-1]) + 3
+        both = np.zeros(((high - low) // 3, 2, 3))
+        np.add.at(both, at - at[0], seen.cross[rows])  # merged chains may be seen twice in one sweep
+        first, second = both[:, 0].ravel(), both[:, 1].ravel()
+        square = matrix[low:high, low:high]
+        for a, line in ((0, first), (1, second)):
+            square -= line[:, None] * (inverse[k, a, 0] * first + inverse[k, a, 1] * second)[None, :]
+        edge = first * own[k, 0] + second * own[k, 1]
+        matrix[low:high, ring] -= edge
+        matrix[ring, low:high] -= edge
+        right[low:high] -= first * toward[k, 0] + second * toward[k, 1]
 
 
 def _landmark_steps(step: Floats, seen: _Seen, part: Part) -> Floats:
