@@ -23,8 +23,11 @@ BLOCK = 4
 NEAR_M, FAR_M = 0.6, 1.0
 """A look from so near tells as much as three, one from so far as two, one from further as one."""
 
-BEYOND_M, ABOUT_M, MOST_BEYOND_M2 = 0.8, 0.6, 0.8
+BEYOND_M, ABOUT_M, MOST_BEYOND_M2 = 1.0, 0.6, 1.2
 """So near to a place counts what is open beyond a wall, unless so near to reached cells, and so much at most."""
+
+ROOM = 12.0
+"""What little is seen through a gap stands for so much."""
 
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
@@ -98,7 +101,7 @@ def _beyond(rows: Ints, columns: Ints, ranks: Ranks, reached: Bools, stations: F
     top, bottom = np.minimum(rows + reach, height - 1), np.maximum(rows - reach, 0)
     right, left = np.minimum(columns + reach, width - 1), np.maximum(columns - reach, 0)
     open_cells = counts[top, right] - counts[bottom, right] - counts[top, left] + counts[bottom, left]
-    worth = np.minimum(open_cells * (ranks.cell_m * ranks.cell_m) * 4.0, MOST_BEYOND_M2)
+    worth = np.minimum(open_cells * (ranks.cell_m * ranks.cell_m * ROOM), MOST_BEYOND_M2)
     y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
     dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
     looks = np.count_nonzero(dx * dx + dy * dy < BEYOND_M * BEYOND_M, axis=1)

@@ -64,13 +64,16 @@ def reach_of(world: World, radius_m: float) -> Reach:
 
 
 def mapped_share(grid: Grid, frame: Pose, reach: Reach) -> float:
-    """Which part of what the robot can get to is known in the map; `frame` is the map's in the truth's frame."""
+    """Which part of what the robot can get to is known in the map, to a cell; `frame` is the map's in the truth.
+
+    To a cell: before each wall the map leaves a line of cells open, as no sonar is that exact.
+    """
     points = frame.step_to(ORIGIN).points(reach.points(reach.body))
     cells, left, bottom = grid.dense()
     column, row = (np.floor(points / grid.cell_m).astype(np.int64) - (left, bottom)).T
     inside = (row >= 0) & (column >= 0) & (row < cells.shape[0]) & (column < cells.shape[1])
-    found = cells[row[inside], column[inside]]
-    return float(np.count_nonzero(grid.free(found) | grid.occupied(found)) / max(1, len(points)))
+    known = ndimage.binary_dilation(grid.free(cells) | grid.occupied(cells), structure=np.ones((3, 3), dtype=np.bool_))
+    return float(np.count_nonzero(known[row[inside], column[inside]]) / max(1, len(points)))
 
 
 def short_tour_m(reach: Reach) -> float:
