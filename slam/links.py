@@ -52,11 +52,11 @@ class EndConfig:
     """What ends a wall: so near its line, so far from its end, and heard at least so far from the wall's own normal."""
 
     beside_m: float = 0.08
-    longest_m: float = 3.0
-    ended_m: float = 0.15
-    ratio: float = 1.5
-    short_m: float = 1.2
     aside_deg: float = 20.0
+    longest_m: float = 3.0
+    ratio: float = 1.5  # … and not farther than so many times what is known of the wall, …
+    short_m: float = 1.2  # … unless that is near
+    ended_m: float = 0.15  # what stands so little before the wall's end has ended it
 
 
 def extents(of: Pieces, along: Pieces) -> tuple[Floats, Floats]:

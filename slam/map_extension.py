@@ -29,6 +29,9 @@ from slam.shapes import cut, in_line, shapes_of
 from slam.sight import Sight, sight_of
 from slam.sweep import Ints
 
+STEP_M = 2.0
+"""Between sweeps farther apart nobody knows which way the robot went."""
+
 
 @dataclass(frozen=True)
 class Painted:
@@ -172,7 +175,8 @@ class _Drawing:
         pieces = self._pieces.at(np.concatenate([each.walls for each in seen]))
         doubtful = (pieces.nature == OPEN) & in_line(paths[:, 2:], pieces.normal, new.strokes, config.shapes)
         crossed = np.abs(cut(paths[:, 2:], strokes, new.strokes) - strokes).max(axis=1, initial=0.0) > config.cell_m
-        ended = heard_through(gaps, new.paths) | ended_by(gaps, new.spots[new.spot_of < 0], config.ends)
+        ways = np.concatenate([new.paths, self._driven(np.array([newest - 1]))])
+        ended = heard_through(gaps, ways) | ended_by(gaps, new.spots[new.spot_of < 0], config.ends)
         which = np.concatenate([gap_of[ended], stroke_of[doubtful | crossed]])
         return [int(k) for k in near[np.unique(which)]]
 
@@ -214,11 +218,18 @@ class _Drawing:
             spots=np.concatenate([shapes.foot, cosine[:, None], sine[:, None]], axis=1),
             spot_of=np.where(wall, first + shapes.wall, -1),
         )
-        paths = np.concatenate([drawn.paths, *(old.paths for old in others)])
+        paths = np.concatenate([drawn.paths, self._driven(near), *(old.paths for old in others)])
         gaps = self._gaps(k, own, drawn, near)
         gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
         layer = render(sight, pose, own, shapes, gaps, self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
+
+    def _driven(self, near: Ints) -> Floats:
+        """The ways (d, 4) that the robot went between sweeps, one after the other: through no wall."""
+        first = near[near + 1 < len(self._places)]
+        ways = np.concatenate([self._places[first, :2], self._places[first + 1, :2]], axis=1)
+        dx, dy = ways[:, 2] - ways[:, 0], ways[:, 3] - ways[:, 1]
+        return np.asarray(ways[dx * dx + dy * dy <= STEP_M * STEP_M])
 
     def _gaps(self, k: int, own: Pieces, drawn: Painted, near: Ints) -> Gaps:
         """Gaps in chains, and between walls and the corners that they end in."""

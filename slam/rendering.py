@@ -40,7 +40,8 @@ class MapConfig:
     body: int = 20  # where the robot stood
     alone_free: int = 2  # well before a class (iii) reading
     alone_margin_m: float = 0.40
-    link_gap_m: float = 1.2
+    alone_reach_m: float = 2.5  # farther out most of them came back by way of something
+    link_gap_m: float = 2.0
     veto: int = 20  # a gap was seen to be free where so much evidence says so …
     veto_share: float = 0.25  # … in more than this part of its cells
     solid_from: int = 20  # as sure as this, a wall stops fans
@@ -87,7 +88,7 @@ def _unblocked(sight: Sight, pose: Pose, own: Pieces, config: MapConfig) -> Floa
     origin, reach = sight.beams[:, :2], sight.beams[:, 3]
     cosine, sine = sight.beams[:, 4], sight.beams[:, 5]
     s, c = dmath.sincos(config.core_deg * DEGREE)
-    core = np.maximum(reach - config.alone_margin_m, 0.0)
+    core = np.minimum(np.maximum(reach - config.alone_margin_m, 0.0), config.alone_reach_m)
     ways = ((reach, cosine, sine), (core, cosine, sine),
             (reach, cosine * c + sine * s, sine * c - cosine * s),
             (reach, cosine * c - sine * s, sine * c + cosine * s))  # fmt: skip

@@ -24,7 +24,10 @@ STEEP = 0.34
 
 @dataclass(frozen=True)
 class ShapeConfig:
-    """When something that may be a wall or a corner is drawn as a wall: near enough, and not in line with a wall."""
+    """When something that may be a wall or a corner is drawn as a wall: near enough, and not in line with a wall.
+
+    In full only if it is parallel or square to a wall; otherwise no farther than `open_half_m` from its foot.
+    """
 
     open_m: float = 3.0
     in_line_m: float = 0.12

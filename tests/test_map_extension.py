@@ -13,7 +13,7 @@ from slam.dmath import DEGREE, sincos
 from slam.evidence import Evidence, Layer, cropped, patch_between
 from slam.geometry import ORIGIN, Pose, Segment, through
 from slam.grid import LIMIT, Grid
-from slam.links import EndConfig, Spots, chain_gaps, end_gaps, heard_through
+from slam.links import EndConfig, Spots, chain_gaps, end_gaps, ended_by, heard_through
 from slam.map_extension import Map, extend_map
 from slam.pieces import Pieces
 from slam.pipeline import Step
@@ -212,3 +212,17 @@ def test_where_a_wall_was_heard_through_a_gap_there_is_none(
 ) -> None:
     gap = np.array([[0.0, 1.0, 1.0, 1.0]])
     assert heard_through(gap, np.array([path])).tolist() == [heard]
+
+
+def test_a_corner_in_a_gap_ends_the_wall_there() -> None:
+    gap, config = np.array([[0.0, 1.0, 2.0, 1.0]]), EndConfig()
+    for bearing_deg, place, ended in ((40.0, 1.0, True), (90.0, 1.0, False), (40.0, 1.95, False)):
+        sine, cosine = sincos(bearing_deg * DEGREE)
+        assert ended_by(gap, np.array([[place, 1.03, cosine, sine]]), config).tolist() == [ended]
+
+
+def test_a_short_wall_goes_on_less_far() -> None:
+    far = spot(3.6, 1.0, 40.0)
+    for length, found in ((0.5, 0), (1.5, 1)):
+        wall = pieces(Member(0, 0, line(1.5 - length, 1.0, 1.5, 1.0), WALL))
+        assert len(end_gaps(wall, far, 0, EndConfig(), 40).ends) == found
