@@ -36,7 +36,7 @@ class MapConfig:
     link: int = 40  # between neighbours of a chain
     end: int = 40  # between a wall and the corner it ends in
     alone: int = 1  # a class (iii) reading
-    fan: int = 8  # before what was seen
+    fan: int = 8  # before what was seen, or filled
     body: int = 20  # where the robot stood
     alone_free: int = 2  # well before a class (iii) reading
     alone_margin_m: float = 0.40
@@ -72,7 +72,7 @@ def render(sight: Sight, pose: Pose, own: Pieces, shapes: Shapes, gaps: Gaps, gr
     weights = base + np.minimum(config.near * shapes.support, base // 2)
     canvas.mark(np.concatenate([shapes.ends, gaps.ends]), np.concatenate([weights, gaps.weight]))
     solid = np.maximum(known, canvas.occupied) >= config.solid_from
-    _clear(canvas, disc, _profiles(pose, shapes, beams, _stops(disc, solid, config), config), config)
+    _clear(canvas, disc, _profiles(pose, shapes, gaps, beams, _stops(disc, solid, config), config), config)
     if config.alone and len(beams):
         canvas.hint(np.concatenate([beams[:, 4:6], beams[:, 6:8]], axis=1), config.alone)
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
@@ -121,11 +121,13 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
     return np.asarray(np.maximum(wide - 1.5 * config.cell_m, config.body_radius_m))
 
 
-def _profiles(pose: Pose, shapes: Shapes, beams: Floats, stops: Floats, config: MapConfig) -> tuple[Floats, Floats]:
-    """How far it is free in each direction (BINS,): to a cell and a half before the shapes, and well before what single
-    beams met."""
+def _profiles(
+    pose: Pose, shapes: Shapes, gaps: Gaps, beams: Floats, stops: Floats, config: MapConfig
+) -> tuple[Floats, Floats]:
+    """How far it is free in each direction (BINS,): to a cell and a half before what is drawn, and well before what
+    single beams met."""
     wall = shapes.wall >= 0
-    fans = depths(shapes.ends[wall], pose.x, pose.y).max(axis=0, initial=0.0)
+    fans = depths(np.concatenate([shapes.ends[wall], gaps.ends]), pose.x, pose.y).max(axis=0, initial=0.0)
     core = beams[:, 2:4] - (pose.x, pose.y)
     both = np.concatenate([core, shapes.foot[~wall] - (pose.x, pose.y)])
     bearing, far = dmath.atan2(both[:, 1], both[:, 0]), np.sqrt(both[:, 0] * both[:, 0] + both[:, 1] * both[:, 1])
