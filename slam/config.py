@@ -51,6 +51,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "frontier.chink_cells": (0, 20),
     "frontier.piece_m": (0.1, 10.0),
     "frontier.apart_m": (0.2, 10.0),
+    "frontier.picky_m2": (0.1, 360.0),
     "frontier.settle_m": (0.01, 100.0),
     "frontier.vain_share": (0.0, 1.0),
     "frontier.stay": (1.0, 10.0),

@@ -40,9 +40,10 @@ class FrontierConfig:
     margin_m: float = 0.10
     clear_m: float = 0.35  # a way that keeps so much more off walls, and off the unknown, costs half
     settle_m: float = 0.7  # added to every way: a near goal is not infinitely good
-    min_gain_m2: float = 0.35  # for less no robot moves …
-    more_gain_m2: float = 0.10  # … nor for so much less a metre of way …
-    enough_gain_m2: float = 1.1  # … but it does for this
+    min_gain_m2: float = 0.25  # for less no robot moves …
+    more_gain_m2: float = 0.06  # … nor for so much less a metre of way …
+    enough_gain_m2: float = 0.9  # … but it does for this
+    picky_m2: float = 20.0  # of a place larger than this, less than as small a share is nothing
     apart_m: float = 0.65  # nearer than this to a scan there is no other; where none is left half and a quarter of it
     most_gain_m2: float = 2.0  # a view that promises more is not better
     vain_m: float = 0.5  # so near to where the robot could not get to …
@@ -170,10 +171,11 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     start = ground.cell(poses[-1].x, poses[-1].y)
     stations = np.array([(pose.x, pose.y) for pose in poses])
     reached = _fine(ground.reached(start), ground)
+    picky = max(1.0, float(np.count_nonzero(reached)) * grid.cell_m * grid.cell_m / config.picky_m2)
     for part in (1, 2, 4):
         views = views_of(ranks, reached, (pieces.rows, pieces.columns), stations, config.apart_m / part)
         cells = list(zip((views.rows // COARSE).tolist(), (views.columns // COARSE).tolist(), strict=True))
-        best, path = _best(_worth(views, ranks, known, config), cells, ground, start, part * config.min_gain_m2, config)
+        best, path = _best(_worth(views, ranks, known, config), cells, ground, start, picky, config)
         if best is not None:
             break
     regions, of = _regions(pieces, views, ranks)
@@ -222,7 +224,7 @@ def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) ->
 
 
 def _best(
-    worth: Floats, targets: list[Cell], ground: Ground, start: Cell, least_m2: float, config: FrontierConfig
+    worth: Floats, targets: list[Cell], ground: Ground, start: Cell, picky: float, config: FrontierConfig
 ) -> tuple[int | None, Path | None]:
     """The place that is worth most for the way to it, and the way; of equals the first."""
     left = np.flatnonzero(worth > 0.0).tolist()
@@ -237,7 +239,7 @@ def _best(
             # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
             length_m = (max(straight[k], ways.reached) if cost is None else cost) / STRAIGHT * ground.cell_m
             value = float(worth[k]) / (length_m + config.settle_m)
-            if worth[k] < min(least_m2 + config.more_gain_m2 * length_m, config.enough_gain_m2):
+            if worth[k] < picky * min(config.min_gain_m2 + config.more_gain_m2 * length_m, config.enough_gain_m2):
                 continue
             if cost is None and value >= best[0]:
                 waiting.append(k)

@@ -23,11 +23,11 @@ BLOCK = 4
 NEAR_M, FAR_M = 0.6, 1.0
 """A look from so near tells as much as three, one from so far as two, one from further as one."""
 
-BEYOND_M, ABOUT_M, MOST_BEYOND_M2 = 1.0, 0.6, 1.2
-"""So near to a place counts what is open beyond a wall, unless so near to reached cells, and so much at most."""
+BEYOND_M, ABOUT_M, BEYOND_M2 = 0.7, 0.4, 0.9
+"""So near to a place counts what is open beyond a wall, unless so near to reached cells, and for so much."""
 
-ROOM = 12.0
-"""What little is seen through a gap stands for so much."""
+FEW = 3
+"""So many cells are enough: little is seen through a gap that is looked at from the side."""
 
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
@@ -88,7 +88,7 @@ def _left(ranks: Ranks, stations: Floats) -> Ints:
 def _beyond(rows: Ints, columns: Ints, ranks: Ranks, reached: Bools, stations: Floats) -> Floats:
     """m² that each place is worth for what is open near it without a way to it: a wall may have a gap nobody knows of.
 
-    Each scan nearby that showed no gap makes one less likely.
+    Not where a scan nearby has shown none.
     """
     there = ranks.board(reached)
     about = int(ABOUT_M / ranks.cell_m + 0.5)
@@ -101,12 +101,11 @@ def _beyond(rows: Ints, columns: Ints, ranks: Ranks, reached: Bools, stations: F
     top, bottom = np.minimum(rows + reach, height - 1), np.maximum(rows - reach, 0)
     right, left = np.minimum(columns + reach, width - 1), np.maximum(columns - reach, 0)
     open_cells = counts[top, right] - counts[bottom, right] - counts[top, left] + counts[bottom, left]
-    worth = np.minimum(open_cells * (ranks.cell_m * ranks.cell_m * ROOM), MOST_BEYOND_M2)
+    worth = np.where(open_cells >= FEW, BEYOND_M2, 0.0)
     y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
     dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
-    looks = np.count_nonzero(dx * dx + dy * dy < BEYOND_M * BEYOND_M, axis=1)
-    left_of = np.array(LEFT, dtype=np.int64)[np.minimum(2 * looks, len(LEFT) - 1)]
-    return np.asarray(worth * left_of / SCALE)
+    looked = (dx * dx + dy * dy < BEYOND_M * BEYOND_M).any(axis=1)
+    return np.where(looked, 0.0, worth)
 
 
 def _gains(rows: Ints, columns: Ints, ranks: Ranks, left: Ints) -> Floats:

@@ -160,7 +160,6 @@ def test_a_reset_on_the_way_is_scanned_again_and_goes_on(tmp_path: Path) -> None
     explorer, log = explore(tmp_path / "a.mcap", line, QUICK)
     assert log.odometry.session.max() == 1
     assert explorer.ended == "nothing reachable is unknown"
-    assert clearance(log) > 0.2
     reproduced = replay(tmp_path / "a.mcap", GRAPH, None).reproduced
     assert reproduced is not None
     assert reproduced.same
