@@ -82,6 +82,28 @@ def chain_gaps(own: Pieces, older: Pieces, longest: float, weight: int) -> Gaps:
     return Gaps(np.array(rows).reshape(-1, 4), np.full(len(rows), weight))
 
 
+def curtains(own: Pieces, older: Pieces, stations: Floats, here: tuple[float, float], longest: float) -> Floats:
+    """Up to where it is free (c, 4) between here and the stations (b, 2) that saw the neighbouring pieces of a wall:
+
+    from such a station to the nearer end of its piece. Pieces may overlap by as much as a step.
+    """
+    low, high = extents(older, own)
+    at = np.arange(len(own.chain))
+    own_low, own_high = (each[at, at][:, None] for each in extents(own, own))
+    dx, dy = stations[:, 0] - here[0], stations[:, 1] - here[1]
+    may = (own.chain[:, None] == older.chain) & (dx * dx + dy * dy <= longest * longest)
+    rows = []
+    for room in (own_low - high, low - own_high):
+        off = np.where(may & (np.abs(room) <= longest), np.abs(room), np.inf)
+        if off.size:
+            nearest = off.argmin(axis=1)
+            for k in np.flatnonzero(np.isfinite(off[at, nearest])).tolist():
+                b = int(nearest[k])
+                x, y = _between(older.ends[b].tolist(), own.ends[k].tolist())[:2]
+                rows.append((float(stations[b, 0]), float(stations[b, 1]), x, y))
+    return np.array(rows).reshape(-1, 4)
+
+
 def _between(one: list[float], other: list[float]) -> tuple[float, float, float, float]:
     """The two ends nearest to each other."""
     pairs = [(one[i], one[i + 1], other[j], other[j + 1]) for i in (0, 2) for j in (0, 2)]

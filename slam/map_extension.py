@@ -20,7 +20,7 @@ from slam.evidence import NOTHING, Evidence, Layer, patch_between
 from slam.features import Features
 from slam.geometry import Bools, Pose, wrap
 from slam.grid import Grid, Patch
-from slam.links import Gaps, Spots, chain_gaps, end_gaps, ended_by, heard_through
+from slam.links import Gaps, Spots, chain_gaps, curtains, end_gaps, ended_by, heard_through
 from slam.pieces import Pieces, places_of
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
@@ -221,8 +221,15 @@ class _Drawing:
         paths = np.concatenate([drawn.paths, self._driven(near), *(old.paths for old in others)])
         gaps = self._gaps(k, own, drawn, near)
         gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
-        layer = render(sight, pose, own, shapes, gaps, self.grid, config)
+        layer = render(sight, pose, own, shapes, gaps, self._curtains(k, own, near), self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
+
+    def _curtains(self, k: int, own: Pieces, near: Ints) -> Floats:
+        """How far it is free (c, 4) between this station and those before that saw the same walls."""
+        x, y = self._places[k, :2].tolist()
+        before = self._pieces.at(self._pieces.of_sweeps(near[near < k]))
+        walls, older = (each.at(np.flatnonzero(each.nature != POINT)) for each in (own, before))
+        return curtains(walls, older, self._places[older.sweep, :2], (x, y), self._config.link_gap_m)
 
     def _driven(self, near: Ints) -> Floats:
         """The ways (d, 4) that the robot went between sweeps, one after the other: through no wall."""

@@ -57,13 +57,22 @@ class MapConfig:
     ends: EndConfig = field(default_factory=EndConfig)
 
 
-def render(sight: Sight, pose: Pose, own: Pieces, shapes: Shapes, gaps: Gaps, grid: Grid, config: MapConfig) -> Layer:
-    """The sweep's evidence: its shapes, its single beams, and the gaps that it closes.
+def render(
+    sight: Sight,
+    pose: Pose,
+    own: Pieces,
+    shapes: Shapes,
+    gaps: Gaps,
+    curtains: Floats,
+    grid: Grid,
+    config: MapConfig,
+) -> Layer:
+    """The sweep's evidence: its shapes, its single beams, the gaps that it closes, and what is free up to curtains.
 
     `own` are its walls in the map frame; what the grid shows of walls stops fans, and so do the sweep's own.
     """
     beams = _unblocked(sight, pose, own, config)
-    disc = disc_around(pose.x, pose.y, _points(shapes, beams, gaps), config.cell_m)
+    disc = disc_around(pose.x, pose.y, _points(shapes, beams, gaps, curtains), config.cell_m)
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
     known = grid.window(disc.left, disc.bottom, width, height)
@@ -72,7 +81,9 @@ def render(sight: Sight, pose: Pose, own: Pieces, shapes: Shapes, gaps: Gaps, gr
     weights = base + np.minimum(config.near * shapes.support, base // 2)
     canvas.mark(np.concatenate([shapes.ends, gaps.ends]), np.concatenate([weights, gaps.weight]))
     solid = np.maximum(known, canvas.occupied) >= config.solid_from
-    _clear(canvas, disc, _profiles(pose, shapes, gaps, beams, _stops(disc, solid, config), config), config)
+    profiles = _profiles(pose, shapes, gaps, curtains, beams, config)
+    stops = _stops(disc, solid, config)
+    _clear(canvas, disc, np.minimum(profiles[0], stops), np.minimum(profiles[1], stops), config)
     if config.alone and len(beams):
         canvas.hint(np.concatenate([beams[:, 4:6], beams[:, 6:8]], axis=1), config.alone)
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
@@ -108,9 +119,9 @@ def _unblocked(sight: Sight, pose: Pose, own: Pieces, config: MapConfig) -> Floa
     return np.asarray(np.concatenate([placed[0], placed[2], placed[3], placed[4]], axis=1)[kept])
 
 
-def _points(shapes: Shapes, beams: Floats, gaps: Gaps) -> Floats:
+def _points(shapes: Shapes, beams: Floats, gaps: Gaps, curtains: Floats) -> Floats:
     """Points (n, 2) between which everything is painted."""
-    return np.concatenate([shapes.ends, beams[:, 4:8], gaps.ends]).reshape(-1, 2)
+    return np.concatenate([shapes.ends, beams[:, 4:8], gaps.ends, curtains]).reshape(-1, 2)
 
 
 def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
@@ -122,25 +133,26 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
 
 
 def _profiles(
-    pose: Pose, shapes: Shapes, gaps: Gaps, beams: Floats, stops: Floats, config: MapConfig
+    pose: Pose, shapes: Shapes, gaps: Gaps, curtains: Floats, beams: Floats, config: MapConfig
 ) -> tuple[Floats, Floats]:
-    """How far it is free in each direction (BINS,): to a cell and a half before what is drawn, and well before what
-    single beams met."""
+    """How far it is free in each direction (BINS,): to a cell and a half before what is drawn, as far as the curtains,
+    and well before what single beams met."""
     wall = shapes.wall >= 0
-    fans = depths(np.concatenate([shapes.ends[wall], gaps.ends]), pose.x, pose.y).max(axis=0, initial=0.0)
+    drawn = depths(np.concatenate([shapes.ends[wall], gaps.ends]), pose.x, pose.y).max(axis=0, initial=0.0)
     core = beams[:, 2:4] - (pose.x, pose.y)
     both = np.concatenate([core, shapes.foot[~wall] - (pose.x, pose.y)])
     bearing, far = dmath.atan2(both[:, 1], both[:, 0]), np.sqrt(both[:, 0] * both[:, 0] + both[:, 1] * both[:, 1])
     alone = np.zeros(BINS)
     many = len(core)
     np.maximum.at(alone, bins_about(bearing[:many], config.core_deg * DEGREE), far[:many, None])
-    np.maximum.at(fans, bins_of(bearing[many:]), far[many:])
-    return np.minimum(fans - 1.5 * config.cell_m, stops), np.minimum(alone, stops)
+    np.maximum.at(drawn, bins_of(bearing[many:]), far[many:])
+    # From the other side a curtain's own station sees as far: the two meet.
+    open_to = depths(curtains, pose.x, pose.y).max(axis=0, initial=0.0) + config.cell_m
+    return np.maximum(drawn - 1.5 * config.cell_m, np.where(open_to > config.cell_m, open_to, 0.0)), alone
 
 
-def _clear(canvas: Canvas, disc: Disc, profiles: tuple[Floats, Floats], config: MapConfig) -> None:
-    """The robot stands here, and so far as the profiles reach nothing does."""
-    fans, alone = profiles
+def _clear(canvas: Canvas, disc: Disc, fans: Floats, alone: Floats, config: MapConfig) -> None:
+    """The robot stands here, and so far as the profiles (BINS,) reach nothing does."""
     canvas.free[disc.nearer(alone)] = -config.alone_free
     canvas.free[disc.nearer(fans)] = -config.fan
     canvas.free[disc.ranges < config.body_radius_m] = -config.body
