@@ -42,7 +42,7 @@ class MapConfig:
     alone_margin_m: float = 0.40
     alone_reach_m: float = 2.5  # farther out most of them came back by way of something
     link_gap_m: float = 2.0
-    veto: int = 20  # a gap was seen to be free where so much evidence says so …
+    veto: int = 30  # a gap was seen to be free where so much evidence says so …
     veto_share: float = 0.25  # … in more than this part of its cells
     solid_from: int = 20  # as sure as this, a wall stops fans
     beyond_m: float = 5.0  # how far past the ends of what was seen a wall still stops a single beam
@@ -81,9 +81,12 @@ def render(
     weights = base + np.minimum(config.near * shapes.support, base // 2)
     canvas.mark(np.concatenate([shapes.ends, gaps.ends]), np.concatenate([weights, gaps.weight]))
     solid = np.maximum(known, canvas.occupied) >= config.solid_from
-    profiles = _profiles(pose, shapes, gaps, curtains, beams, config)
+    fans, between, alone = _profiles(pose, shapes, gaps, curtains, beams, config)
     stops = _stops(disc, solid, config)
-    _clear(canvas, disc, np.minimum(profiles[0], stops), np.minimum(profiles[1], stops), config)
+    # What lies before a gap or a curtain nobody saw: anything at all that was heard there stops it.
+    shy = _stops(disc, np.maximum(known, canvas.occupied) > 0, config)
+    fans = np.maximum(np.minimum(fans, stops), np.minimum(between, shy))
+    _clear(canvas, disc, fans, np.minimum(alone, stops), config)
     if config.alone and len(beams):
         canvas.hint(np.concatenate([beams[:, 4:6], beams[:, 6:8]], axis=1), config.alone)
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
@@ -134,11 +137,11 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
 
 def _profiles(
     pose: Pose, shapes: Shapes, gaps: Gaps, curtains: Floats, beams: Floats, config: MapConfig
-) -> tuple[Floats, Floats]:
-    """How far it is free in each direction (BINS,): to a cell and a half before what is drawn, as far as the curtains,
-    and well before what single beams met."""
+) -> tuple[Floats, Floats, Floats]:
+    """How far it is free in each direction (BINS,): to a cell and a half before what was seen; before gaps, and as far
+    as the curtains; well before what single beams met."""
     wall = shapes.wall >= 0
-    drawn = depths(np.concatenate([shapes.ends[wall], gaps.ends]), pose.x, pose.y).max(axis=0, initial=0.0)
+    drawn, filled = (depths(ends, pose.x, pose.y).max(axis=0, initial=0.0) for ends in (shapes.ends[wall], gaps.ends))
     core = beams[:, 2:4] - (pose.x, pose.y)
     both = np.concatenate([core, shapes.foot[~wall] - (pose.x, pose.y)])
     bearing, far = dmath.atan2(both[:, 1], both[:, 0]), np.sqrt(both[:, 0] * both[:, 0] + both[:, 1] * both[:, 1])
@@ -148,7 +151,8 @@ def _profiles(
     np.maximum.at(drawn, bins_of(bearing[many:]), far[many:])
     # From the other side a curtain's own station sees as far: the two meet.
     open_to = depths(curtains, pose.x, pose.y).max(axis=0, initial=0.0) + config.cell_m
-    return np.maximum(drawn - 1.5 * config.cell_m, np.where(open_to > config.cell_m, open_to, 0.0)), alone
+    between = np.maximum(filled - 1.5 * config.cell_m, np.where(open_to > config.cell_m, open_to, 0.0))
+    return drawn - 1.5 * config.cell_m, between, alone
 
 
 def _clear(canvas: Canvas, disc: Disc, fans: Floats, alone: Floats, config: MapConfig) -> None:
