@@ -10,7 +10,6 @@ from functools import cache
 import numpy as np
 
 from slam import dmath
-from slam.boards import within
 from slam.dmath import PI, Floats
 from slam.geometry import Bools
 from slam.regions import Ranks
@@ -22,12 +21,6 @@ BLOCK = 4
 
 NEAR_M, FAR_M = 0.6, 1.0
 """A look from so near tells as much as three, one from so far as two, one from further as one."""
-
-BEYOND_M, ABOUT_M, BEYOND_M2 = 0.7, 0.4, 0.9
-"""So near to a place counts what is open beyond a wall, unless so near to reached cells, and for so much."""
-
-FEW = 3
-"""So many cells are enough: little is seen through a gap that is looked at from the side."""
 
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
@@ -58,8 +51,7 @@ def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations
     reach = int(STEPS * STEP_M / ranks.cell_m * 0.8)
     near = (dr * dr + dc * dc <= reach * reach).any(axis=1)
     rows, columns = rows[near], columns[near]
-    gains = _gains(rows, columns, ranks, _left(ranks, stations)) + _beyond(rows, columns, ranks, reached, stations)
-    return Views(rows, columns, gains)
+    return Views(rows, columns, _gains(rows, columns, ranks, _left(ranks, stations)))
 
 
 def _lattice(ranks: Ranks, reached: Bools, step: int) -> tuple[Ints, Ints]:
@@ -83,29 +75,6 @@ def _left(ranks: Ranks, stations: Floats) -> Ints:
     left = np.array(LEFT, dtype=np.int64)[np.minimum(looks, len(LEFT) - 1)]
     cells = np.repeat(np.repeat(left, BLOCK, axis=0), BLOCK, axis=1)[: ranks.shape[0], : ranks.stride]
     return np.asarray(np.where(ranks.array(ranks.unknown), cells, 0))
-
-
-def _beyond(rows: Ints, columns: Ints, ranks: Ranks, reached: Bools, stations: Floats) -> Floats:
-    """m² that each place is worth for what is open near it without a way to it: a wall may have a gap nobody knows of.
-
-    Not where a scan nearby has shown none.
-    """
-    there = ranks.board(reached)
-    about = int(ABOUT_M / ranks.cell_m + 0.5)
-    lost = ranks.array(ranks.open & ~within(there, ranks.stride, about))
-    height, width = (-(-size // BLOCK) * BLOCK for size in lost.shape)
-    padded = np.zeros((height, width), dtype=np.int64)
-    padded[: lost.shape[0], : lost.shape[1]] = lost
-    counts = np.cumsum(np.cumsum(padded, axis=0), axis=1)
-    reach = int(BEYOND_M / ranks.cell_m + 0.5)
-    top, bottom = np.minimum(rows + reach, height - 1), np.maximum(rows - reach, 0)
-    right, left = np.minimum(columns + reach, width - 1), np.maximum(columns - reach, 0)
-    open_cells = counts[top, right] - counts[bottom, right] - counts[top, left] + counts[bottom, left]
-    worth = np.where(open_cells >= FEW, BEYOND_M2, 0.0)
-    y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
-    dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
-    looked = (dx * dx + dy * dy < BEYOND_M * BEYOND_M).any(axis=1)
-    return np.where(looked, 0.0, worth)
 
 
 def _gains(rows: Ints, columns: Ints, ranks: Ranks, left: Ints) -> Floats:
