@@ -92,7 +92,8 @@ def _gains(rows: Ints, columns: Ints, ranks: Ranks, left: Ints) -> Floats:
 @cache
 def _rays(cell_m: float) -> tuple[Ints, Ints, Ints]:
     """Rows and columns (RAYS, STEPS) of the rays' cells about a cell, and three times their area's share (STEPS,)."""
-    sine, cosine = dmath.sincos((np.arange(RAYS) + 0.5) * (2.0 * PI / RAYS))
+    angles: Floats = (np.arange(RAYS).astype(np.float64) + 0.5) * (2.0 * PI / RAYS)
+    sine, cosine = dmath.sincos(angles)
     reach = (np.arange(STEPS) + 1.0) * STEP_M
     rows, columns = (np.rint(part[:, None] * (reach / cell_m)).astype(np.int64) for part in (sine, cosine))
     told = np.where(reach < NEAR_M, 3, np.where(reach < FAR_M, 2, 1))
