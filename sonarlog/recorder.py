@@ -62,8 +62,8 @@ class Status:
 class Plan:
     """What to record. `route` None: without moving. `robot` None: the one the robot says it is.
 
-    `mover` makes whoever drives, instead of a route; with `recovers` it sees to stalls and bumps itself. `rate`: how much
-    faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is refused.
+    `mover` makes whoever drives, instead of a route; with `recovers` it sees to stalls and bumps itself. `rate`: how
+    much faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is refused.
     """
 
     route: Route | None = None
