@@ -31,6 +31,8 @@ WAIT_NS = 1_500_000_000  # an echo heard once is no wall
 BACK_M = 0.12  # off what was touched
 NEAR_HOME_M = 0.25
 HOME_LEG = 36  # cells from scan to scan on the way back
+VAIN = 10  # scans in a row that leave the map as large as it was: there is nothing more to be had
+NEW_M2 = 0.25  # so much more free area is something new
 POOR = 3  # scans in a row that give no sweep: something is wrong with the robot
 
 
@@ -70,6 +72,8 @@ class Explorer(Mover):
         self._decisions: list[Decided] = []
         self._volts: float | None = None
         self._asked = ""
+        self._area_m2 = 0.0
+        self._vain = 0
         self._last_turn = -1
         self._began_ns: int | None = None
         self._passed: Floats = np.zeros((0, 2))  # near echoes of the last half minute, looked up twice a second
@@ -131,8 +135,9 @@ class Explorer(Mover):
             return self._asked
         if self._began_ns is None:
             self._began_ns = self._now_ns
-        if step.decision.chosen is None:
-            return "nothing reachable is unknown"
+        vain = self._nothing_new(step)
+        if step.decision.chosen is None or vain:
+            return f"{VAIN} scans in a row showed nothing new" if vain else "nothing reachable is unknown"
         if limits.max_time_ns is not None and self._now_ns - self._began_ns >= limits.max_time_ns:
             return "the time is up"
         if limits.max_distance_m is not None and self._path >= limits.max_distance_m:
@@ -140,6 +145,15 @@ class Explorer(Mover):
         if self._volts is not None and self._volts < limits.min_volts:
             return f"the battery is low: {self._volts:.1f} V"
         return ""
+
+    def _nothing_new(self, step: Step) -> bool:
+        """Whether the map has not grown for too long: a goal that moves away as one comes near never ends."""
+        grid = step.state.grid
+        area = float(np.count_nonzero(grid.free(grid.dense()[0]))) * grid.cell_m * grid.cell_m
+        grown = area >= self._area_m2 + NEW_M2
+        self._vain = 0 if grown else self._vain + 1
+        self._area_m2 = max(area, self._area_m2) if grown else self._area_m2
+        return self._vain >= VAIN
 
     def _to(self, step: Step) -> Moves:
         """Along the path to where the next scan is due."""
