@@ -31,8 +31,8 @@ WAIT_NS = 1_500_000_000  # an echo heard once is no wall
 BACK_M = 0.12  # off what was touched
 NEAR_HOME_M = 0.25
 HOME_LEG = 36  # cells from scan to scan on the way back
-VAIN = 10  # scans in a row that leave the map as large as it was: there is nothing more to be had
-NEW_M2 = 0.25  # so much more free area is something new
+VAIN = 20  # scans in a row that leave the map as large as it was: there is nothing more to be had
+NEW_M2 = 0.1  # so much more free area is something new
 POOR = 3  # scans in a row that give no sweep: something is wrong with the robot
 
 
