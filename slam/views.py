@@ -51,7 +51,7 @@ def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations
     reach = int(STEPS * STEP_M / ranks.cell_m * 0.8)
     near = (dr * dr + dc * dc <= reach * reach).any(axis=1)
     rows, columns = rows[near], columns[near]
-    return Views(rows, columns, _gains(rows, columns, ranks, _left(ranks, stations)))
+    return Views(rows, columns, _gains(rows, columns, ranks, stations))
 
 
 def _lattice(ranks: Ranks, reached: Bools, step: int) -> tuple[Ints, Ints]:
@@ -63,30 +63,41 @@ def _lattice(ranks: Ranks, reached: Bools, step: int) -> tuple[Ints, Ints]:
     return rows[r], columns[c]
 
 
-def _left(ranks: Ranks, stations: Floats) -> Ints:
-    """How much of each cell's unknown (h, stride) is left, of SCALE; nothing of cells that are known."""
-    height, width = -(-ranks.shape[0] // BLOCK), -(-ranks.stride // BLOCK)
-    y = ((np.arange(height) + 0.5) * BLOCK + ranks.bottom) * ranks.cell_m
-    x = ((np.arange(width) + 0.5) * BLOCK + ranks.left) * ranks.cell_m
+def _left(ranks: Ranks, stations: Floats, edge: int) -> Ints:
+    """How much of each cell's unknown is left, of SCALE; nothing of cells that are known.
+
+    (h + 2 · edge, w + 2 · edge): so many blocks' cells beyond the grid, too, for what was looked at there is unknown.
+    """
+    height, width = (-(-side // BLOCK) + 2 * edge // BLOCK for side in ranks.shape)
+    y = ((np.arange(height) + 0.5) * BLOCK + (ranks.bottom - edge)) * ranks.cell_m
+    x = ((np.arange(width) + 0.5) * BLOCK + (ranks.left - edge)) * ranks.cell_m
     dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
     square = (dy * dy)[:, None, :] + (dx * dx)[None, :, :]
     near, middle, far = (np.count_nonzero(square < m * m, axis=2) for m in (NEAR_M, FAR_M, STEPS * STEP_M))
     looks = near + middle + far
     left = np.array(LEFT, dtype=np.int64)[np.minimum(looks, len(LEFT) - 1)]
-    cells = np.repeat(np.repeat(left, BLOCK, axis=0), BLOCK, axis=1)[: ranks.shape[0], : ranks.stride]
-    return np.asarray(np.where(ranks.array(ranks.unknown), cells, 0))
+    unknown = _edged(ranks.unknown, ranks, edge, beyond=True)
+    cells = np.repeat(np.repeat(left, BLOCK, axis=0), BLOCK, axis=1)[: unknown.shape[0], : unknown.shape[1]]
+    return np.asarray(np.where(unknown, cells, 0))
 
 
-def _gains(rows: Ints, columns: Ints, ranks: Ranks, left: Ints) -> Floats:
+def _gains(rows: Ints, columns: Ints, ranks: Ranks, stations: Floats) -> Floats:
     """m² of unknown that each place would show, nothing occupied between."""
     dr, dc, area = _rays(ranks.cell_m)
-    r, c = rows[:, None, None] + dr, columns[:, None, None] + dc
-    inside = (r >= 0) & (r < ranks.shape[0]) & (c >= 0) & (c < ranks.shape[1])
-    r, c = np.where(inside, r, 0), np.where(inside, c, 0)
-    clear = ~np.logical_or.accumulate(ranks.array(ranks.occupied)[r, c] & inside, axis=2)
-    worth = np.where(inside, left[r, c], LEFT[0]) * area * clear
+    edge = -(-int(np.abs(dr).max()) // BLOCK) * BLOCK  # so far the rays go
+    r, c = rows[:, None, None] + (dr + edge), columns[:, None, None] + (dc + edge)
+    clear = ~np.logical_or.accumulate(_edged(ranks.occupied, ranks, edge, beyond=False)[r, c], axis=2)
+    worth = _left(ranks, stations, edge)[r, c] * area * clear
     total = np.cumsum(worth.reshape(len(rows), RAYS * STEPS), axis=1)[:, -1] if len(rows) else np.zeros(0)
     return np.asarray(total * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
+
+
+def _edged(mask: int, ranks: Ranks, edge: int, *, beyond: bool) -> Bools:
+    """A board as cells, with an edge about it."""
+    height, width = ranks.shape
+    cells = np.full((height + 2 * edge, width + 2 * edge), beyond)
+    cells[edge : edge + height, edge : edge + width] = ranks.array(mask)[:, :width]
+    return cells
 
 
 @cache
