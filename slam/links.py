@@ -179,6 +179,11 @@ def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
 
     Not near their ends, and not near its own.
     """
+    return np.asarray(crossings(gaps, paths, margin_m).any(axis=1))
+
+
+def crossings(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
+    """Which gaps (g, 4) which ways of sound (p, 4) go through: (g, p)."""
     gx, gy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
     px, py = paths[:, 2] - paths[:, 0], paths[:, 3] - paths[:, 1]
     x, y = paths[:, 0] - gaps[:, :1], paths[:, 1] - gaps[:, 1:2]
@@ -188,4 +193,4 @@ def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
     safe = np.where(steep, across, 1.0)
     place, part = (x * py - y * px) / safe * length, (x * gy - y * gx) / safe * way
     inside = (place > margin_m) & (place < length - margin_m) & (part > 0.0) & (part < way - margin_m)
-    return np.asarray((steep & inside).any(axis=1))
+    return np.asarray(steep & inside)

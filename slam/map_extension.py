@@ -27,6 +27,7 @@ from slam.rendering import MapConfig, render
 from slam.self_calibration import Calibrated
 from slam.shapes import cut, in_line, shapes_of
 from slam.sight import Sight, sight_of
+from slam.silence import missing
 from slam.sweep import Ints
 
 STEP_M = 2.0
@@ -176,7 +177,11 @@ class _Drawing:
         doubtful = (pieces.nature == OPEN) & in_line(paths[:, 2:], pieces.normal, new.strokes, config.shapes)
         crossed = np.abs(cut(paths[:, 2:], strokes, new.strokes) - strokes).max(axis=1, initial=0.0) > config.cell_m
         ways = np.concatenate([new.paths, self._driven(np.array([newest - 1]))])
-        ended = heard_through(gaps, ways) | ended_by(gaps, new.spots[new.spot_of < 0], config.ends)
+        ended = (
+            self._missing(gaps, np.array([newest]), strokes)
+            | heard_through(gaps, ways)
+            | ended_by(gaps, new.spots[new.spot_of < 0], config.ends)
+        )
         which = np.concatenate([gap_of[ended], stroke_of[doubtful | crossed]])
         return [int(k) for k in near[np.unique(which)]]
 
@@ -221,6 +226,7 @@ class _Drawing:
         paths = np.concatenate([drawn.paths, self._driven(near), *(old.paths for old in others)])
         gaps = self._gaps(k, own, drawn, near)
         gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
+        gaps = gaps.at(~self._missing(gaps.ends, np.union1d(near, [k]), np.concatenate([around, drawn.strokes])))
         layer = render(sight, pose, own, shapes, gaps, self._curtains(k, own, near), self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
 
@@ -230,6 +236,17 @@ class _Drawing:
         before = self._pieces.at(self._pieces.of_sweeps(near[near < k]))
         walls, older = (each.at(np.flatnonzero(each.nature != POINT)) for each in (own, before))
         return curtains(walls, older, self._places[older.sweep, :2], (x, y), self._config.link_gap_m)
+
+    def _missing(self, gaps: Floats, stations: Ints, strokes: Floats) -> Bools:
+        """In which of the gaps (g, 4) a wall would have been heard from one of the stations, and was not.
+
+        A known wall in the way mirrors sound elsewhere: behind it silence says nothing.
+        """
+        none = np.zeros(len(gaps), dtype=bool)
+        profiles = np.stack([self._painted[j].sight.unheard for j in stations.tolist()])
+        gap, _, ways = missing(gaps, self._places[stations], profiles)
+        none[gap[~heard_through(ways, strokes, 0.0)]] = True
+        return none
 
     def _driven(self, near: Ints) -> Floats:
         """The ways (d, 4) that the robot went between sweeps, one after the other: through no wall."""

@@ -13,6 +13,7 @@ from slam.features import Features
 from slam.geometry import Bools
 from slam.reliability import ALONE, NEAR_RCD, Reliability
 from slam.self_calibration import Calibrated
+from slam.silence import DIRECTIONS, unheard
 from slam.sweep import Ints
 
 
@@ -24,7 +25,7 @@ class Sight:
     corner; its `bearing` (n,); `support` (n,) how many readings of class (ii) sharpen it; `wall` (n,) its number among
     the sweep's walls (−1: none of them). `beams` (k, 6): origin x, y, axis, reach, cosine and sine of the axis; whether
     each `echoed` (k,). Of the beams only those of class (iii) are kept, unless all were asked for; `half_beam` rad is
-    theirs.
+    theirs. `unheard` (DIRECTIONS,) says how far away nothing stands square to that direction.
     """
 
     foot: Floats
@@ -34,6 +35,7 @@ class Sight:
     beams: Floats
     echoed: Bools
     half_beam: float
+    unheard: Floats
 
 
 def sight_of(calibrated: Calibrated, reliability: Reliability, features: Features, *, every_beam: bool) -> Sight:
@@ -42,7 +44,14 @@ def sight_of(calibrated: Calibrated, reliability: Reliability, features: Feature
     echo, none = beams.echo, np.zeros(0, dtype=np.int64)
     if not bool(echo.any()):
         return Sight(
-            np.zeros((0, 2)), np.zeros(0), none, none, np.zeros((0, 6)), np.zeros(0, dtype=bool), beams.half_beam
+            np.zeros((0, 2)),
+            np.zeros(0),
+            none,
+            none,
+            np.zeros((0, 6)),
+            np.zeros(0, dtype=bool),
+            beams.half_beam,
+            np.zeros(DIRECTIONS),
         )
     rcds = reliability.rcds
     bearing, distance = np.array([rcd.bearing for rcd in rcds]), np.array([rcd.distance for rcd in rcds])
@@ -57,4 +66,6 @@ def sight_of(calibrated: Calibrated, reliability: Reliability, features: Feature
     sine, cosine = dmath.sincos(beams.axis[kept])
     rows = [beams.origin[kept], *(each[:, None] for each in (beams.axis[kept], beams.distance[kept], cosine, sine))]
     support = np.bincount(near, minlength=len(rcds)).astype(np.int64)
-    return Sight(foot, bearing, support, wall, np.concatenate(rows, axis=1), echo[kept], beams.half_beam)
+    return Sight(
+        foot, bearing, support, wall, np.concatenate(rows, axis=1), echo[kept], beams.half_beam, unheard(beams)
+    )
