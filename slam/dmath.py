@@ -10,6 +10,7 @@ Errors, checked against exact values in the tests, for finite arguments: sin, co
 """
 
 from collections.abc import Iterable
+from math import sqrt as _root
 from typing import TypeVar, overload
 
 import numpy as np
@@ -32,6 +33,7 @@ _SIN = tuple((-1.0) ** n / f for n, f in enumerate((6.0, 120.0, 5040.0, 362880.0
                                                     1307674368000.0, 355687428096000.0), start=1))  # fmt: skip
 _COS = tuple((-1.0) ** n / f for n, f in enumerate((24.0, 720.0, 40320.0, 3628800.0, 479001600.0, 87178291200.0,
                                                     20922789888000.0, 6402373705728000.0), start=2))  # fmt: skip
+_SIN_SIGN, _COS_SIGN = np.array([1.0, 1.0, -1.0, -1.0]), np.array([1.0, -1.0, -1.0, 1.0])  # by quadrant
 _EXP = tuple(1.0 / f for f in (2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0, 362880.0, 3628800.0, 39916800.0,
                                479001600.0, 6227020800.0, 87178291200.0))  # fmt: skip
 _ATAN = tuple((-1.0) ** n / (2.0 * n + 1.0) for n in range(1, 8))
@@ -49,9 +51,11 @@ _HALF_PI_HIGH, _HALF_PI_LOW = 1.5707963267948966, 6.123233995736766e-17
 
 def _series(x: Number, coefficients: tuple[float, ...]) -> Number:
     """c0 + x (c1 + x (c2 + …)), in Horner's order."""
-    total = x * 0.0 + coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        total = total * x + coefficient
+    total = x * coefficients[-1]
+    total += coefficients[-2]
+    for coefficient in coefficients[-3::-1]:
+        total *= x
+        total += coefficient
     return total
 
 
@@ -85,8 +89,7 @@ def sincos(x: Number) -> tuple[Number, Number]:
         s, c = _sin_kernel(r, low), _cos_kernel(r, low)
         quadrant = k.astype(np.int64) & 3
         odd = (quadrant & 1) == 1
-        sine, cosine = np.where(odd, c, s), np.where(odd, s, c)
-        return np.where(quadrant >= 2, -sine, sine), np.where((quadrant == 1) | (quadrant == 2), -cosine, cosine)
+        return np.where(odd, c, s) * _SIN_SIGN[quadrant], np.where(odd, s, c) * _COS_SIGN[quadrant]
     turns = round(x * _TWO_OVER_PI)
     r, low = _reduce(x, float(turns))
     s, c = _sin_kernel(r, low), _cos_kernel(r, low)
@@ -172,7 +175,7 @@ def sqrt(x: Number) -> Number:
     """Square root; IEEE 754 rounds it correctly everywhere."""
     if isinstance(x, np.ndarray):
         return np.sqrt(x)
-    return float(np.sqrt(x))
+    return _root(x)
 
 
 def exp(x: Number) -> Number:

@@ -14,16 +14,26 @@ def solve_spd(matrix: Floats, right: Floats) -> Floats:
 
     Raises SlamError where the matrix is not positive definite.
     """
-    size = len(right)
-    left = np.concatenate([matrix, right[:, None]], axis=1)
-    diagonal = np.zeros(size)
+    return solve_joined(np.concatenate([matrix, right[:, None]], axis=1))
+
+
+def solve_joined(joined: Floats) -> Floats:
+    """The same for the matrix with the right side as one more column (n, n + 1), which is overwritten.
+
+    Only what stands on the diagonal and right of it is looked at.
+    """
+    size = len(joined)
+    diagonal, room = np.zeros(size), np.empty(joined.size)
     for j in range(size):
-        diagonal[j] = _pivot(left[j, j], j)
-        row = left[j, j + 1 :]
-        left[j + 1 :, j + 1 :] -= (left[j, j + 1 : size] / diagonal[j])[:, None] * row[None, :]
-    solution = left[:, size] / diagonal
+        diagonal[j] = pivot = _pivot(joined.item(j, j), j)
+        row, below = joined[j, j + 1 :], joined[j + 1 :, j + 1 :]
+        products = room[: below.size].reshape(below.shape)
+        np.multiply((row[:-1] / pivot)[:, None], row, out=products)
+        below -= products
+    joined /= diagonal[:, None]
+    solution = joined[:, size].copy()
     for j in range(size - 1, 0, -1):
-        solution[:j] -= left[:j, j] / diagonal[:j] * solution[j]
+        solution[:j] -= joined[:j, j] * solution[j]
     return solution
 
 

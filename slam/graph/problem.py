@@ -104,45 +104,71 @@ class Looks:
 
 def looks(poses: Floats, is_point: Bools, line: Floats, point: Floats, anchor: Floats, ring: float) -> Looks:
     """From poses (r, 3) at lines and points (r, 2). A point is at its distance, a line at that of its foot point."""
+    ux, uy, bearing, distance, along = _lines(poses, line, anchor)
+    by_pose, by_landmark = np.zeros((len(line), 2, 3)), np.zeros((len(line), 2, 2))
+    by_landmark[:, 0, 0], by_landmark[:, 1, 0], by_landmark[:, 1, 1] = 1.0, along, 1.0
+    points = np.flatnonzero(is_point)
+    if len(points):
+        px, py = point[points, 0] - poses[points, 0], point[points, 1] - poses[points, 1]
+        far = np.maximum(dmath.hypot(px, py), 1e-3)
+        px_unit, py_unit = px / far, py / far
+        ux[points], uy[points], distance[points] = px_unit, py_unit, far
+        bearing[points] = dmath.atan2(py, px)
+        turn_x, turn_y = py_unit / far, -px_unit / far
+        by_pose[points, 0, 0], by_pose[points, 0, 1] = turn_x, turn_y
+        by_landmark[points, 0, 0], by_landmark[points, 0, 1] = -turn_x, -turn_y
+        by_landmark[points, 1, 0], by_landmark[points, 1, 1] = px_unit, py_unit
+    by_pose[:, 0, 2], by_pose[:, 1, 0], by_pose[:, 1, 1] = -1.0, -ux, -uy
+    return Looks(bearing - poses[:, 2] - ring, distance, by_pose, by_landmark)
+
+
+def _lines(poses: Floats, line: Floats, anchor: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Of lines (r, 2): the normal (x, y) and its direction, the distance, and its derivative by the direction."""
     sine, cosine = dmath.sincos(line[:, 0])
     ax, ay = poses[:, 0] - anchor[:, 0], poses[:, 1] - anchor[:, 1]
-    px, py = point[:, 0] - poses[:, 0], point[:, 1] - poses[:, 1]
-    far = np.maximum(dmath.hypot(px, py), 1e-3)
-    ux, uy = np.where(is_point, px / far, cosine), np.where(is_point, py / far, sine)
-    toward = line[:, 0].copy()
-    if bool(is_point.any()):
-        toward[is_point] = dmath.atan2(py[is_point], px[is_point])
-    bearing = toward - poses[:, 2] - ring
-    distance = np.where(is_point, far, line[:, 1] - (cosine * ax + sine * ay))
-    zero, one = np.zeros(len(far)), np.ones(len(far))
-    by_pose = [np.where(is_point, uy / far, 0.0), np.where(is_point, -ux / far, 0.0), -one, -ux, -uy, zero]
-    by_landmark = [
-        np.where(is_point, -uy / far, 1.0),
-        np.where(is_point, ux / far, 0.0),
-        np.where(is_point, ux, sine * ax - cosine * ay),
-        np.where(is_point, uy, 1.0),
-    ]
-    shape = (len(far), 2, 3)
-    return Looks(
-        bearing, distance, np.stack(by_pose, axis=1).reshape(shape), np.stack(by_landmark, axis=1).reshape(-1, 2, 2)
-    )
+    return cosine, sine, line[:, 0].copy(), line[:, 1] - (cosine * ax + sine * ay), sine * ax - cosine * ay
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """r sightings, ready to be held against poses and landmarks time and again.
+
+    `sweep`, `landmark` (r,) number rows of those; `scale` (r, 2) is 1/σ of bearing and distance.
+    """
+
+    sweep: Ints
+    landmark: Ints
+    is_point: Bools
+    anchor: Floats
+    bearing: Floats
+    distance: Floats
+    scale: Floats
+
+    @classmethod
+    def of(cls, graph: Graph, rows: Ints, distance_sigma: float) -> "Sightings":
+        """Those of these rows (r,)."""
+        of = graph.landmark[rows]
+        scale = np.full((len(rows), 2), 1.0 / distance_sigma)
+        scale[:, 0] = 1.0 / graph.sigma[rows]
+        return cls(
+            graph.sweep[rows], of, graph.as_point[of] != 0, graph.anchor[of], graph.bearing[rows], graph.distance[rows],
+            scale,
+        )  # fmt: skip
+
+    def residuals(self, poses: Floats, line: Floats, point: Floats, ring: float) -> tuple[Floats, Floats, Floats]:
+        """What was measured minus what is expected (r, 2), in standard deviations, and its expectation's derivatives.
+
+        (r, 2, 3) by the pose and (r, 2, 2) by the landmark; by RING it is −1/σ in the bearing.
+        """
+        of = self.landmark
+        seen = looks(poses[self.sweep], self.is_point, line[of], point[of], self.anchor, ring)
+        off = np.empty(self.scale.shape)
+        off[:, 0], off[:, 1] = wrap(self.bearing - seen.bearing), self.distance - seen.distance
+        scale = self.scale[:, :, None]
+        return off * self.scale, seen.by_pose * scale, seen.by_landmark * scale
 
 
 def sighting_residuals(graph: Graph, rows: Ints, distance_sigma: float) -> tuple[Floats, Floats, Floats]:
-    """What was measured minus what is expected (r, 2), in standard deviations, and its expectation's derivatives.
-
-    (r, 2, 3) by the pose and (r, 2, 2) by the landmark; by RING it is −1/σ in the bearing.
-    """
-    of = graph.landmark[rows]
-    seen = looks(
-        graph.poses[graph.sweep[rows]],
-        graph.as_point[of] != 0,
-        graph.line[of],
-        graph.point[of],
-        graph.anchor[of],
-        float(graph.errors[RING]),
-    )
-    bearing = wrap(graph.bearing[rows] - seen.bearing) / graph.sigma[rows]
-    distance = (graph.distance[rows] - seen.distance) / distance_sigma
-    scale = np.stack([1.0 / graph.sigma[rows], np.full(len(rows), 1.0 / distance_sigma)], axis=1)[:, :, None]
-    return np.stack([bearing, distance], axis=1), seen.by_pose * scale, seen.by_landmark * scale
+    """What `Sightings.residuals` says of these rows (r,) where everything is now."""
+    sightings = Sightings.of(graph, rows, distance_sigma)
+    return sightings.residuals(graph.poses, graph.line, graph.point, float(graph.errors[RING]))
