@@ -15,7 +15,7 @@ from slam.map_extension import Map, extend_map
 from slam.motion import Wheels
 from slam.post_calibration import Posed, post_calibrate
 from slam.reliability import Reliability, analyse_reliability
-from slam.self_calibration import Calibrated, Calibration, self_calibrate
+from slam.self_calibration import Calibrated, Calibration, Last, self_calibrate
 from slam.sweep import SonarRing, Sweep
 from slam.track import Track
 
@@ -49,9 +49,11 @@ class State:
         """The occupancy grid so far."""
         return self.map.grid
 
-    def last(self, session: int) -> tuple[Wheels | None, Pose] | None:
-        """The last sweep's odometry (None: of another session) and its pose in the map; None before the first."""
-        return (self.wheels if session == self.session else None, self.poses[-1]) if self.poses else None
+    def last(self, session: int) -> Last | None:
+        """The sweep before, as one of that session sees it; None before the first."""
+        if not self.poses or self.wheels is None:
+            return None
+        return Last(self.wheels, self.poses[-1], joined=session == self.session)
 
 
 @dataclass(frozen=True)

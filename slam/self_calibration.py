@@ -16,6 +16,9 @@ from slam.linear import solve_spd
 from slam.motion import Motion, WheelErrors, Wheels
 from slam.sweep import TURN, SonarRing, Sweep, SweepKind
 
+JUMP_M = 3.0
+"""Further than this no robot drives from sweep to sweep with its odometry interrupted."""
+
 
 @dataclass(frozen=True)
 class SelfCalibrationConfig:
@@ -57,12 +60,22 @@ class Calibration:
 
 
 @dataclass(frozen=True)
+class Last:
+    """The sweep before: its odometry and its pose in the map; not `joined` where odometry was interrupted since."""
+
+    wheels: Wheels
+    pose: Pose
+    joined: bool = True
+
+
+@dataclass(frozen=True)
 class Calibrated:
     """The sweep as beams in its frame F, and where the robot is thought to be.
 
     `turn` (n,) is the robot's heading in rad since the reference reading; `wheels` what odometry says, `motion` how it
     got here from the sweep before (None: nobody knows), `predicted` the place of F in the map; `too_near` counts
-    readings below the sonar's own minimum, which say nothing.
+    readings below the sonar's own minimum, which say nothing. Not `joined`: odometry was interrupted on the way, and
+    the motion is only what it counted.
     """
 
     kind: SweepKind
@@ -73,6 +86,7 @@ class Calibrated:
     predicted: Pose
     calibration: Calibration
     too_near: int
+    joined: bool = True
 
     @property
     def odometry(self) -> Pose:
@@ -83,14 +97,14 @@ class Calibrated:
 def self_calibrate(
     sweep: Sweep,
     ring: SonarRing,
-    last: tuple[Wheels | None, Pose] | None,
+    last: Last | None,
     known: Calibration,
     config: SelfCalibrationConfig,
 ) -> Calibrated:
     """Beams of the sweep with the rotation error taken out, and the pose predicted from `last`.
 
-    `last` is the odometry of the sweep before and its pose in the map; None puts F at the map's origin. Where odometry
-    is not connected with that sweep's (None) the robot is taken to be where it was.
+    `last` is the sweep before; None puts F at the map's origin. Odometry that was interrupted goes on from where it
+    stopped counting, and is believed as a guess; where it has jumped, the robot is taken to be where it was.
     """
     raw = _aimed(sweep, ring, known, config)
     if config.fit and sweep.kind == "scan":
@@ -98,10 +112,11 @@ def self_calibrate(
         raw = _aimed(sweep, ring, known, config)
     if last is None:
         return replace(raw, predicted=ORIGIN)
-    if last[0] is None:
-        return replace(raw, predicted=last[1])
-    motion = last[0].motion_to(raw.wheels)
-    return replace(raw, motion=motion, predicted=last[1].compose(motion.corrected(known.wheels)).quantised())
+    motion = last.wheels.motion_to(raw.wheels)
+    if not last.joined and dmath.hypot(motion.x, motion.y) > JUMP_M:
+        return replace(raw, predicted=last.pose, joined=False)
+    predicted = last.pose.compose(motion.corrected(known.wheels)).quantised()
+    return replace(raw, motion=motion, predicted=predicted, joined=last.joined)
 
 
 def _aimed(sweep: Sweep, ring: SonarRing, known: Calibration, config: SelfCalibrationConfig) -> Calibrated:

@@ -14,6 +14,7 @@ import numpy as np
 from slam.sweep import TURN
 from sonarlog.calibration.correction import reckoning
 from sonarlog.log import Ints, Log, Odometry, Readings, Truth
+from sonarlog.odometer import RADIANS, Odometer, Units
 from sonarlog.protocol.framing import BadFrame, Frame, Framer, Junk, Piece
 from sonarlog.protocol.packets import Malformed, Packet, Reset, SimStat, Sip, Sync, Unknown, parse_packet
 from sonarlog.robot import Robot
@@ -23,11 +24,6 @@ GAP_NS = 1_000_000_000
 
 UNBRIDGEABLE_NS = 5_000_000_000
 """After so long a silence the robot may have turned by more than half a turn, or been carried: odometry starts anew."""
-
-WRAP = 1 << 15
-"""X and Y count modulo this on 15-bit robots, and so they do on 16-bit ones."""
-
-RADIANS = 6.283185307179586 / TURN
 
 
 class Pose(NamedTuple):
@@ -83,7 +79,7 @@ class WireDecoder:
         self._session = 0
         self._broken = False  # odometry is known not to go on from the SIP before
         self._last: _Last | None = None
-        self._units = (0, 0, 0)  # odometry unwrapped, in the robot's units
+        self._odometer = Odometer(robot)
         self._last_fired_ns: int | None = None
         self.become(robot)
 
@@ -91,7 +87,7 @@ class WireDecoder:
         """Go on with the parameters of the robot that has turned out to be there."""
         self.robot = robot
         self._corrected = reckoning(robot.calibration)
-        self._nm = round(robot.mm_per_unit * 1e6)
+        self._odometer.become(robot)
         self._range_nm = round(robot.range_mm_per_unit * 1e6)
         self._ages_ms: dict[int, list[int]] = {}  # of the readings of a SIP, by how many there are
 
@@ -138,19 +134,19 @@ class WireDecoder:
     def _sip(self, t_ns: int, sip: Sip, sent_ns: int) -> Sample:
         self.counts["sips"] += 1
         self.counts["missing_readings"] += sip.missing
-        step = (0, 0, 0) if self._last is None else self._step(self._last.sip, sip)
+        position, odometer = (sip.x, sip.y, sip.heading), self._odometer
+        step = (0, 0, 0) if self._last is None else odometer.step(self._last.position, position)
         note = self._break_or_gap(t_ns, step, sent_ns)
         if self._last is None or self._broken:
             self._session += self._last is not None
             self._last = None
+            odometer.begin(sip.heading)
         else:
-            dx, dy, turned = step
-            x, y, heading = self._units
-            self._units = (x + dx, y + dy, heading + turned)
+            odometer.go(step)
         self._broken = False
-        pose = Pose(*self._corrected(self._pose()))
+        pose = Pose(*self._corrected(odometer.place()))
         readings = tuple(self._readings(sent_ns, sip, pose))
-        self._last = _Last(t_ns, sent_ns, sip, pose)
+        self._last = _Last(t_ns, sent_ns, position, pose)
         return Sample(t_ns, sip, self._session, pose, readings, note)
 
     def _break_or_gap(self, t_ns: int, step: tuple[int, int, int], sent_ns: int) -> str:
@@ -170,21 +166,6 @@ class WireDecoder:
         self.counts["gaps"] += 1
         self._broken = silence_ns > UNBRIDGEABLE_NS
         return f"no SIP for {silence_ns / 1e9:.1f} s" + (": odometry starts anew" if self._broken else "")
-
-    def _step(self, before: Sip, now: Sip) -> tuple[int, int, int]:
-        """Odometry between two SIPs in robot units, the short way round each wrap."""
-        turn = self.robot.heading_units_per_turn
-        return (
-            _shortest(now.x - before.x, WRAP),
-            _shortest(now.y - before.y, WRAP),
-            _shortest(now.heading - before.heading, turn),
-        )
-
-    def _pose(self) -> Pose:
-        x, y, heading = self._units
-        nm = self._nm
-        turn = self.robot.heading_units_per_turn
-        return Pose((x * nm + 500) // 1000, (y * nm + 500) // 1000, (heading * TURN + turn // 2) // turn)
 
     def _readings(self, sent_ns: int, sip: Sip, pose: Pose) -> Iterable[Reading]:
         nm, count = self._range_nm, len(sip.sonar)
@@ -224,17 +205,12 @@ class _Last(NamedTuple):
 
     t_ns: int
     sent_ns: int
-    sip: Sip
+    position: Units
     pose: Pose
 
 
 def _is_sip(piece: Piece) -> bool:
     return isinstance(piece, Frame) and piece.body[0] & 0xF0 == 0x30
-
-
-def _shortest(difference: int, modulus: int) -> int:
-    """The difference modulo `modulus` that is nearest to zero."""
-    return (difference + modulus // 2) % modulus - modulus // 2
 
 
 def decode_wire(messages: Iterable[tuple[int, str, bytes]], robot: Robot) -> Log:

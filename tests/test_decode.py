@@ -31,10 +31,18 @@ def poses(samples: list[Sample]) -> list[Pose]:
 @pytest.mark.parametrize("wrap", [1 << 15, 1 << 16])
 def test_odometry_goes_on_over_both_kinds_of_wrap_and_both_seams_of_heading(wrap: int) -> None:
     raw = [(wrap - 60, 100, 2000), (wrap - 10, 10, 2040), (40, wrap - 80, -2016), (90, wrap - 170, -1976)]
-    samples = decode(*((100 * i, Sip(x, y, th)) for i, (x, y, th) in enumerate(raw)))
-    assert poses(samples) == [Pose(50_000 * i, -90_000 * i, 40 * 256 * i) for i in range(4)]
-    backwards = decode(*((100 * i, Sip(x, y, th)) for i, (x, y, th) in enumerate(reversed(raw))))
-    assert poses(backwards) == [Pose(-50_000 * i, 90_000 * i, -40 * 256 * i) for i in range(4)]
+    samples = decode(*((100 * i, Sip(x, y, th)) for i, (x, y, th) in enumerate([(*raw[0][:2], 0), *raw])))
+    assert poses(samples)[1:] == [Pose(50_000 * i, -90_000 * i, (2000 + 40 * i) * 256) for i in range(4)]
+    raw.reverse()
+    backwards = decode(*((100 * i, Sip(x, y, th)) for i, (x, y, th) in enumerate([(*raw[0][:2], 0), *raw])))
+    assert poses(backwards)[1:] == [Pose(-50_000 * i, 90_000 * i, (-1976 - 40 * i) * 256) for i in range(4)]
+
+
+def test_after_a_reset_the_robot_goes_on_the_way_it_looks() -> None:
+    """Its odometry begins at zero with axes of its own: ahead is x again."""
+    turned, ahead = Sip(1000, 0, 1024), Sip(200, 100, 512)
+    found = poses(decode((0, Sip()), (3000, turned), (3100, Reset()), (3500, Sip()), (4500, ahead)))
+    assert found[1:] == [Pose(1_000_000, 0, TURN // 4)] * 2 + [Pose(900_000, 200_000, TURN // 8 * 3)]
 
 
 def test_factors_are_applied_to_the_sum_so_that_rounding_does_not_add_up() -> None:

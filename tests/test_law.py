@@ -15,7 +15,10 @@ BOUND = sorted(
         *(SONARLOG / "sim").glob("*.py"),
         *(SONARLOG / "protocol").glob("*.py"),
         *(SONARLOG / "imports").glob("*.py"),
-        *(SONARLOG / name for name in ("decode.py", "sweeps.py", "log.py", "robot.py", "canonical.py", "digest.py")),
+        *(
+            SONARLOG / name
+            for name in ("decode.py", "odometer.py", "sweeps.py", "log.py", "robot.py", "canonical.py", "digest.py")
+        ),
         *(SONARLOG / "recording" / name for name in ("topics.py", "layout.py")),
     ]
 )

@@ -84,7 +84,7 @@ def match(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config:
 def _predicted(calibrated: Calibrated, config: GraphConfig) -> Place:
     """The pose that odometry predicts, and how uncertain it is."""
     motion, pose = calibrated.motion, calibrated.predicted
-    if motion is None:
+    if motion is None or not calibrated.joined:
         shift, turn = LOST
     else:
         length = dmath.hypot(motion.x, motion.y)

@@ -26,8 +26,8 @@ ROTATION, DISTANCE, DRIFT, RING = range(4)
 class Graph:
     """n poses, k sightings, m landmarks; metres and radians in the map frame.
 
-    `poses` (n, 3); `motions` (n, 5) the raw odometry that led to each, as in `Motion`; nobody knows it where `joined`
-    (n,) is 0.
+    `poses` (n, 3); `motions` (n, 5) the raw odometry that led to each, as in `Motion`; a mere guess where `joined` (n,)
+    is 0.
     Sightings: `sweep`, `landmark` (k,); `bearing`, `distance` with the bearing's own `sigma`; `left`, `right` the
     extent of what was seen, along the tangent from the foot point.
     Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the

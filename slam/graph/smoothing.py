@@ -76,7 +76,7 @@ def _with_sweep(graph: Graph, calibrated: Calibrated, pose: Pose, config: GraphC
         {
             "poses": [[pose.x, pose.y, pose.theta]],
             "motions": [[motion.x, motion.y, motion.before, motion.between, motion.after]],
-            "joined": [int(calibrated.motion is not None)],
+            "joined": [int(calibrated.motion is not None and calibrated.joined)],
         }
     )
 

@@ -33,6 +33,7 @@ docs/evaluation.md says what each means; `online_…` is of the poses as they we
 
 _JUDGES = (
     "decode.py",
+    "odometer.py",
     "evaluation.py",
     "map_metrics.py",
     "metrics.py",

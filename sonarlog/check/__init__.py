@@ -15,9 +15,9 @@ from sonarlog.check.finding import Finding, note, problem
 from sonarlog.check.sonars import SonarCheck, sonar_checks, sonar_findings
 from sonarlog.check.sweeps import SweepCheck, sweep_checks, sweep_findings
 from sonarlog.check.wire import Account, Timing, Wire, account, timing, timing_findings, wire_findings
-from sonarlog.decode import WRAP
 from sonarlog.info import GAP_NS
 from sonarlog.log import Log
+from sonarlog.odometer import WRAP
 from sonarlog.protocol.packets import Sip
 from sonarlog.recording import open_recording, read_log
 from sonarlog.recording.reader import lost_before, read_wire
