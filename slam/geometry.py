@@ -61,6 +61,12 @@ class Pose:
         dx, dy = other.x - self.x, other.y - self.y
         return Pose(cosine * dx + sine * dy, cosine * dy - sine * dx, wrap(other.theta - self.theta))
 
+    def point(self, local: tuple[float, float]) -> tuple[float, float]:
+        """A point of this pose's frame in the frame the pose is given in."""
+        sine, cosine = dmath.sincos(self.theta)
+        x, y = local
+        return self.x + (cosine * x - sine * y), self.y + (sine * x + cosine * y)
+
     def points(self, local: Floats) -> Floats:
         """Points (n, 2) of this pose's frame in the frame the pose is given in."""
         sine, cosine = dmath.sincos(self.theta)
@@ -99,9 +105,8 @@ class Segment:
         """This segment of the pose's frame, in the frame the pose is given in."""
         alpha = wrap(self.alpha + pose.theta)
         sine, cosine = dmath.sincos(alpha)
-        start, end = pose.points(np.array([self.start, self.end])).tolist()
         rho = self.rho + (cosine * pose.x + sine * pose.y)
-        return Segment(alpha, rho, (start[0], start[1]), (end[0], end[1]))
+        return Segment(alpha, rho, pose.point(self.start), pose.point(self.end))
 
 
 def segment(alpha: float, rho: float, left: float, right: float) -> Segment:

@@ -57,17 +57,22 @@ def _likeliest(graph: Graph, landmark: int, config: GraphConfig) -> int | None:
     may[landmark] = False
     if count[landmark] < 2 or not bool(may.any()):
         return None
-    may &= ~_tried(graph, landmark, count)
-    away = np.sqrt(np.minimum(np.abs(graph.seen - graph.seen[landmark]), OLD_SWEEPS).astype(np.float64))
+    others = np.flatnonzero(may & ~_tried(graph, landmark, count))
+    away = np.sqrt(np.minimum(np.abs(graph.seen[others] - graph.seen[landmark]), OLD_SWEEPS).astype(np.float64))
     if graph.nature[landmark] == POINT:
-        off = dmath.hypot(*(graph.point - graph.point[landmark]).T)
+        off = dmath.hypot(*(graph.point[others] - graph.point[landmark]).T)
+        near = off <= NEAR_M + AWAY_M * away
     else:
-        off, turned, gap = _between(graph, landmark)
-        may &= (turned <= (NEAR_DEG + AWAY_DEG * away) * DEGREE) & (gap <= config.gap_m)
+        turned = np.abs(wrap(graph.line[others, 0] - graph.line[landmark, 0]))
+        alike = turned <= (NEAR_DEG + AWAY_DEG * away) * DEGREE
+        others, away, turned = others[alike], away[alike], turned[alike]
+        if not len(others):
+            return None
+        off, gap = _between(graph, landmark, others)
         off = off + turned
-    may &= off <= NEAR_M + AWAY_M * away + (0.0 if graph.nature[landmark] == POINT else 0.05)
-    chosen = np.flatnonzero(may)
-    return int(chosen[np.argmin(off[chosen])]) if len(chosen) else None
+        near = (gap <= config.gap_m) & (off <= NEAR_M + AWAY_M * away + 0.05)
+    others, off = others[near], off[near]
+    return int(others[np.argmin(off)]) if len(others) else None
 
 
 def _tried(graph: Graph, landmark: int, count: Ints) -> Bools:
@@ -79,19 +84,19 @@ def _tried(graph: Graph, landmark: int, count: Ints) -> Bools:
     return np.asarray(before)
 
 
-def _between(graph: Graph, landmark: int) -> tuple[Floats, Floats, Floats]:
-    """From a line's middle to all lines (m,): the distance, the angle, and the gap between their extents."""
-    sine, cosine = dmath.sincos(graph.line[:, 0])
+def _between(graph: Graph, landmark: int, others: Ints) -> tuple[Floats, Floats]:
+    """From a line's middle to other lines (o,): the distance, and the gap between their extents."""
+    sine, cosine = dmath.sincos(graph.line[others, 0])
+    alpha, d = graph.line[landmark].tolist()
+    s, c = dmath.sincos(alpha)
     low, high = graph.extent[landmark].tolist()
-    s, c, d = float(sine[landmark]), float(cosine[landmark]), float(graph.line[landmark, 1])
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     x = float(graph.anchor[landmark, 0]) + c * d - s * middle
     y = float(graph.anchor[landmark, 1]) + s * d + c * middle
-    dx, dy = x - graph.anchor[:, 0], y - graph.anchor[:, 1]
-    off = np.abs((cosine * dx + sine * dy) - graph.line[:, 1])
-    along = cosine * dy - sine * dx
-    gap = np.maximum(np.maximum(graph.extent[:, 0] - (along + half), (along - half) - graph.extent[:, 1]), 0.0)
-    return off, np.abs(wrap(graph.line[:, 0] - graph.line[landmark, 0])), gap
+    dx, dy = x - graph.anchor[others, 0], y - graph.anchor[others, 1]
+    off = np.abs((cosine * dx + sine * dy) - graph.line[others, 1])
+    along, extent = cosine * dy - sine * dx, graph.extent[others]
+    return off, np.maximum(np.maximum(extent[:, 0] - (along + half), (along - half) - extent[:, 1]), 0.0)
 
 
 def _joined(graph: Graph, keep: int, gone: int, first: int, config: GraphConfig) -> Graph | None:

@@ -10,9 +10,9 @@ import numpy as np
 from slam import dmath
 from slam.association import OPEN, POINT, WALL
 from slam.dmath import Floats
-from slam.geometry import wrap
 from slam.graph.config import GraphConfig
-from slam.graph.problem import RING, Graph, looks
+from slam.graph.normal import inverse, squares, summed, times
+from slam.graph.problem import RING, Graph, Sightings
 from slam.graph.solver import kernel_cost, weights
 from slam.sweep import Ints
 
@@ -59,27 +59,15 @@ def _fitted(graph: Graph, chosen: Ints, rows: Ints, config: GraphConfig) -> tupl
     fit = np.concatenate([graph.line[chosen], np.stack(middle, axis=1)])
     # Each sighting twice: once held against the line, once against the point.
     both, is_point = np.concatenate([place, place + size]), np.arange(2 * count) >= count
-    poses, rows = np.concatenate([poses, poses]), np.concatenate([rows, rows])
-    anchor = graph.anchor[graph.landmark[rows]]
-    sigma = np.stack([graph.sigma[rows], np.full(2 * count, config.distance_sigma_m)], axis=1)
-
-    def summed(values: Floats) -> Floats:
-        return np.asarray(np.bincount(both, weights=values, minlength=2 * size), dtype=np.float64)
-
-    total = np.zeros(2 * size)
+    twice = Sightings.of(graph, np.concatenate([rows, rows]), config.distance_sigma_m)
+    twice = replace(twice, landmark=both, is_point=is_point)
+    share = 9 * both[:, None, None] + np.arange(9).reshape(3, 3)
+    off = np.zeros((2 * count, 2))
     for _ in range(STEPS):
-        look = looks(poses, is_point, fit[both], fit[both], anchor, ring)
-        off = np.stack([wrap(graph.bearing[rows] - look.bearing), graph.distance[rows] - look.distance], axis=1) / sigma
-        cost, weight = kernel_cost(off, config.kernel), weights(off, config.kernel)
-        total = summed(cost[:, 0] + cost[:, 1])
-        jacobian = look.by_landmark / sigma[:, :, None]
-        weighted = jacobian * weight[:, :, None]
-        first, mixed, second = (
-            summed(weighted[:, 0, a] * jacobian[:, 0, b] + weighted[:, 1, a] * jacobian[:, 1, b])
-            for a, b in ((0, 0), (0, 1), (1, 1))
-        )
-        right = [summed(weighted[:, 0, a] * off[:, 0] + weighted[:, 1, a] * off[:, 1]) for a in (0, 1)]
-        first, second = first + 1e-6, second + 1e-6
-        change = [second * right[0] - mixed * right[1], first * right[1] - mixed * right[0]]
-        fit = fit + np.stack(change, axis=1) / (first * second - mixed * mixed)[:, None]
-    return fit, total
+        off, _, by_landmark = twice.residuals(graph.poses, fit, fit, ring)
+        shares = np.concatenate([by_landmark, off[:, :, None]], axis=2)
+        shares *= np.sqrt(weights(off, config.kernel))[:, :, None]
+        equations = summed(share, squares(shares), (2 * size, 3, 3))
+        fit = fit + times(inverse(equations[:, :2, :2]), equations[:, :2, 2:])[:, :, 0]
+    cost = kernel_cost(off, config.kernel)
+    return fit, summed(both, cost[:, 0] + cost[:, 1], (2 * size,))

@@ -97,9 +97,9 @@ class Landmarks:
     def steps(self, step: Floats) -> Floats:
         """How far each landmark moves (l, 2), once the steps of the poses and errors (n,) are known."""
         layout, count = self.layout, len(self.own)
-        told = [_summed(layout.landmark, tie * step[layout.column], (count,)) for tie in self.ties]
+        told = [summed(layout.landmark, tie * step[layout.column], (count,)) for tie in self.ties]
         left = self.own[:, :, 1] - np.stack(told, axis=1) - self.own[:, :, 0] * step[-1]
-        return _times(self.inverse, left[:, :, None])[:, :, 0]
+        return times(self.inverse, left[:, :, None])[:, :, 0]
 
 
 def normal_equations(layout: Layout, sightings: Floats, steps: Floats, prior: Floats) -> tuple[Floats, Landmarks]:
@@ -109,9 +109,9 @@ def normal_equations(layout: Layout, sightings: Floats, steps: Floats, prior: Fl
     latter pose, errors and residual; both weighed, the residual being what is to be explained. `prior` (4, 2) is the
     information on the errors and what it pulls them by. Below the diagonal the last columns are left out.
     """
-    seen, moved = _squares(sightings), _squares(steps)
+    seen, moved = squares(sightings), squares(steps)
     size = layout.size
-    matrix = _summed(
+    matrix = summed(
         np.concatenate([layout.sightings.ravel(), layout.steps.ravel()]),
         np.concatenate([seen[:, :4, :5].ravel(), moved[:, :10].ravel()]),
         (size, size + 1),
@@ -120,14 +120,14 @@ def normal_equations(layout: Layout, sightings: Floats, steps: Floats, prior: Fl
     matrix[errors, errors] += prior[:, 0]
     matrix[errors, size] += prior[:, 1]
     count = len(layout.squares)
-    own = _summed(layout.own, seen[:, 5:, 3:], (count, 2, 4))
-    ties = _summed(layout.ties, seen[:, 5:, :3], (2, len(layout.column)))
-    landmarks = Landmarks(layout, own, ties, _inverse(own[:, :, 2:]))
+    own = summed(layout.own, seen[:, 5:, 3:], (count, 2, 4))
+    ties = summed(layout.ties, seen[:, 5:, :3], (2, len(layout.column)))
+    landmarks = Landmarks(layout, own, ties, inverse(own[:, :, 2:]))
     _eliminate(matrix, landmarks)
     return matrix, landmarks
 
 
-def _squares(rows: Floats) -> Floats:
+def squares(rows: Floats) -> Floats:
     """Each of the rows (k, q, c) times itself, summed over q: (k, c, c)."""
     total = rows[:, 0, :, None] * rows[:, 0, None, :]
     for q in range(1, rows.shape[1]):
@@ -135,7 +135,7 @@ def _squares(rows: Floats) -> Floats:
     return total
 
 
-def _summed(places: Ints, values: Floats, shape: tuple[int, ...]) -> Floats:
+def summed(places: Ints, values: Floats, shape: tuple[int, ...]) -> Floats:
     """All values at their places in an array of this shape, in their order."""
     size = 1
     for length in shape:
@@ -143,14 +143,14 @@ def _summed(places: Ints, values: Floats, shape: tuple[int, ...]) -> Floats:
     return np.bincount(places.ravel(), values.ravel(), size).astype(np.float64, copy=False).reshape(shape)
 
 
-def _inverse(squares: Floats) -> Floats:
+def inverse(matrices: Floats) -> Floats:
     """Of symmetric matrices (l, 2, 2), with a little on their diagonals."""
-    first, mixed, second = squares[:, 0, 0] + HELD, squares[:, 0, 1], squares[:, 1, 1] + HELD
+    first, mixed, second = matrices[:, 0, 0] + HELD, matrices[:, 0, 1], matrices[:, 1, 1] + HELD
     determinant = first * second - mixed * mixed
     return np.asarray(np.stack([second, -mixed, -mixed, first], axis=1) / determinant[:, None]).reshape(-1, 2, 2)
 
 
-def _times(matrices: Floats, columns: Floats) -> Floats:
+def times(matrices: Floats, columns: Floats) -> Floats:
     """(k, 2, 2) by (k, 2, c)."""
     return np.asarray(matrices[:, :, :1] * columns[:, :1] + matrices[:, :, 1:] * columns[:, 1:])
 
@@ -159,13 +159,13 @@ def _eliminate(matrix: Floats, landmarks: Landmarks) -> None:
     """Each landmark ties the poses that saw it to one another: a square of the matrix, and its last two columns."""
     layout, own, ties = landmarks.layout, landmarks.own, landmarks.ties
     ring, right = layout.size - 1, layout.size
-    back = _times(landmarks.inverse[layout.landmark], ties.T[:, :, None])[:, :, 0].T.copy()
+    back = times(landmarks.inverse[layout.landmark], ties.T[:, :, None])[:, :, 0].T.copy()
     for low, high, begin, end in layout.squares:
         square = matrix[low:high, low:high]
         square -= ties[0, begin:end, None] * back[0, begin:end]
         square -= ties[1, begin:end, None] * back[1, begin:end]
     for column, other in ((ring, own[:, :, 0]), (right, own[:, :, 1])):
         tied = other[layout.landmark]
-        matrix[:, column] -= _summed(layout.column, back[0] * tied[:, 0] + back[1] * tied[:, 1], (layout.size,))
-        through = _times(landmarks.inverse, other[:, :, None])[:, :, 0]
+        matrix[:, column] -= summed(layout.column, back[0] * tied[:, 0] + back[1] * tied[:, 1], (layout.size,))
+        through = times(landmarks.inverse, other[:, :, None])[:, :, 0]
         matrix[ring, column] -= dmath.total((own[:, :, 0] * through).ravel())

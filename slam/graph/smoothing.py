@@ -19,7 +19,7 @@ from slam.graph.drawing import along_lines, drawn
 from slam.graph.matching import Sights
 from slam.graph.merging import may_close, merged
 from slam.graph.natures import tell_natures
-from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, sighting_residuals
+from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, looks, sighting_residuals
 from slam.graph.solver import part_from, solve
 from slam.localisation import Localisation
 from slam.motion import Motion
@@ -173,11 +173,7 @@ def _localisation(
     moved = tuple((k, poses[k]) for k in changed.tolist())
     linked = np.array([link.wall for link in association.links], dtype=np.int64)
     rows = np.flatnonzero(graph.sweep == sweep)[linked]
-    distances = []
-    for at in (predicted, pose):
-        there = replace(graph, poses=np.concatenate([graph.poses[:-1], [[at.x, at.y, at.theta]]]))
-        off, _, _ = sighting_residuals(there, rows, 1.0)
-        distances.append(dmath.mean(np.abs(off[:, 1])) if len(rows) else 0.0)
+    before, after = (_mean_off(graph, rows, at) for at in (predicted, pose))
     turn = wrap(pose.theta - predicted.theta)
     angles = [link.a1 for link in association.links]
     return Localisation(
@@ -185,9 +181,18 @@ def _localisation(
         turn_deg=turn / DEGREE,
         shift=(pose.x - predicted.x, pose.y - predicted.y),
         mean_turn_deg=dmath.ordered_sum(angles) / len(angles) / DEGREE if angles else 0.0,
-        d1_before=distances[0],
-        d1_after=distances[1],
+        d1_before=before,
+        d1_after=after,
         walls_used=len(rows),
         moved=moved,
         merged=pairs,
     )
+
+
+def _mean_off(graph: Graph, rows: Ints, at: Pose) -> float:
+    """By how much the distances of these sightings are off, on average, if they were made from there."""
+    if not len(rows):
+        return 0.0
+    of, there = graph.landmark[rows], np.broadcast_to(np.array([at.x, at.y, at.theta]), (len(rows), 3))
+    seen = looks(there, graph.as_point[of] != 0, graph.line[of], graph.point[of], graph.anchor[of], 0.0)
+    return dmath.mean(np.abs(graph.distance[rows] - seen.distance))
