@@ -108,7 +108,8 @@ def _explore(settings: dict[str, Any], chosen: "Algorithm") -> int:
 
 
 def _limits(settings: dict[str, Any]) -> "Limits":
-    from sonarlog.exploring.explorer import SECOND, Limits
+    from sonarlog.exploring.explorer import Limits
+    from sonarlog.recorder import SECOND
 
     return Limits(
         max_time_ns=int(settings["max_time"] * SECOND) if settings["max_time"] else None,

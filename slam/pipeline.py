@@ -1,7 +1,7 @@
 """The whole algorithm on one page: Fig. 5 of the paper, one block a line, and its letter when it is done."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from slam.algorithms import Algorithm
 from slam.association import Association, Chains
@@ -111,7 +111,9 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm, done
     done("G")
     extended, patch = extend_map(state.map, calibrated, reliability, features, track.chains, track.poses, config.map)
     done("H")
-    decision, intent = next_goal(extended.grid, track.poses, state.intent, config.frontier)
+    # Where odometry was interrupted it was not what stands there that stopped the robot.
+    before = state.intent if calibrated.joined else replace(state.intent, leg=None)
+    decision, intent = next_goal(extended.grid, track.poses, before, config.frontier)
     done("I")
     after = State(track, calibrated.wheels, sweep.session, learnt, extended, intent)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)

@@ -143,6 +143,10 @@ class Echoes:
         while self._readings and self._readings[-1].t_ns - self._readings[0].t_ns > MEMORY_NS:
             self._readings.popleft()
 
+    def forget(self) -> None:
+        """What was heard lies somewhere else now."""
+        self._readings.clear()
+
     def room(self, here: Place, *, backwards: bool = False, last: int = 1) -> float:
         """Metres from the robot's hull to what the sonars that look there see now, by the `last` readings of each.
 

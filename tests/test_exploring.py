@@ -15,7 +15,8 @@ from slam.intent import PATIENCE, Intent
 from sonarlog.connection import Again
 from sonarlog.decode import WireDecoder
 from sonarlog.exploring.coverage import mapped_share, reach_of, short_tour_m
-from sonarlog.exploring.explorer import SECOND, VAIN, Explorer, Limits
+from sonarlog.exploring.explorer import VAIN, Explorer, Limits
+from sonarlog.exploring.follower import SECOND
 from sonarlog.exploring.live_sweeps import LiveSweeps
 from sonarlog.log import Log
 from sonarlog.protocol.commands import Command, encode_command
