@@ -90,7 +90,7 @@ def find_arcs(beams: Beams, config: ArcConfig, *, closed: bool) -> list[Arc]:
     if not len(beams.sonar):
         return []
     tracks = _tracks(beams, closed=closed)
-    sonars = np.unique(beams.sonar).tolist()
+    sonars = np.flatnonzero(np.bincount(beams.sonar)).tolist()
     runs: list[list[list[int]]] = [[] for _ in sonars]
     for block, members in _runs(tracks, config):
         runs[block].append(members)
@@ -106,17 +106,15 @@ def find_arcs(beams: Beams, config: ArcConfig, *, closed: bool) -> list[Arc]:
 def _tracks(beams: Beams, *, closed: bool) -> _Tracks:
     axis = wrap(beams.axis) if closed else beams.axis
     order = np.lexsort((axis, beams.sonar))
-    sonars = np.flatnonzero(np.bincount(beams.sonar))
-    first = np.searchsorted(beams.sonar[order], sonars)
-    blocks = np.split(order, first[1:])
-    sizes = np.array([len(block) for block in blocks])
+    sizes = np.bincount(beams.sonar)
+    sizes = sizes[sizes > 0]
+    first = np.cumsum(sizes) - sizes
     turns = 2 if closed else 1
-    index = np.concatenate([block for block in blocks for _ in range(turns)])
+    place = np.arange(turns * len(order)) - np.repeat(turns * first, turns * sizes)  # from the first of its sonar
+    again, size = place >= np.repeat(sizes, turns * sizes), np.repeat(sizes, turns * sizes)
+    index = order[np.repeat(first, turns * sizes) + np.where(again, place - size, place)]
     axis = axis[index]
-    if closed:
-        axis[np.concatenate([2 * begin + np.arange(n, 2 * n) for begin, n in zip(first, sizes, strict=True)])] += (
-            2.0 * PI
-        )
+    axis[again] += 2.0 * PI
     begin = turns * first
     return _Tracks(
         index=index,
@@ -140,32 +138,29 @@ def _runs(tracks: _Tracks, config: ArcConfig) -> list[tuple[int, list[int]]]:
     places = np.arange(len(tracks.index))
     block = np.searchsorted(tracks.begin, places, side="right") - 1
     start = np.flatnonzero(tracks.echo & (places < (tracks.begin + tracks.circle)[block]))
-    inside = _inside(start, block, tracks, config)  # (starts, places ahead)
-    pairs = _pairs(start, inside, tracks, config)
-    member = np.zeros(inside.shape, dtype=bool)
+    start, may = _hopeful(start, block, tracks, config)
+    member = np.zeros(may.shape, dtype=bool)
     member[:, 0] = True
-    going, misses = np.ones(len(start), dtype=bool), np.zeros(len(start), dtype=np.int64)
-    low, high = tracks.distance[start], tracks.distance[start].copy()
-    for ahead in range(1, inside.shape[1]):
-        going &= inside[:, ahead]
-        of, levels = pairs[ahead]
+    count, low, high = np.ones(len(start), dtype=np.int64), tracks.distance[start], tracks.distance[start].copy()
+    for ahead, (starts, distances) in enumerate(_pairs(start, may, tracks), 1):
+        going = ahead - count[starts] <= config.max_misses  # so many places were misses
+        of, levels = starts[going], distances[going]
         grown = member[of, : ahead + 1]
         grown[:, ahead] = True
-        lower = np.minimum(low[of], tracks.distance[start[of] + ahead])
-        higher = np.maximum(high[of], tracks.distance[start[of] + ahead])
-        grows = going[of] & (higher - lower <= _bridged(config)) & _keeps_one(levels, grown, config)
-        grown_of = of[grows]
-        low[grown_of], high[grown_of] = lower[grows], higher[grows]
-        misses += 1
-        misses[grown_of] -= 1
-        member[grown_of, ahead] = True
-        going &= misses <= config.max_misses
-    last = start + inside.shape[1] - 1 - np.argmax(member[:, ::-1], axis=1)
+        there = tracks.distance[start[of] + ahead]
+        lower, higher = np.minimum(low[of], there), np.maximum(high[of], there)
+        grows = (higher - lower <= _bridged(config)) & _keep_one(levels, grown, count[of] + 1, config)
+        chosen = of[grows]
+        low[chosen], high[chosen] = lower[grows], higher[grows]
+        count[chosen] += 1
+        member[chosen, ahead] = True
+    last = start + may.shape[1] - 1 - np.argmax(member[:, ::-1], axis=1)
     wide = tracks.axis[last] - tracks.axis[start] >= config.min_width_deg * DEGREE
-    arcs = np.flatnonzero(wide & (np.count_nonzero(member, axis=1) >= config.min_readings))
+    arcs = np.flatnonzero(wide & (count >= config.min_readings))
     rows, ahead_of = np.nonzero(member[arcs])
-    members = np.split(start[arcs][rows] + ahead_of, np.searchsorted(rows, np.arange(1, len(arcs))))
-    return list(zip(block[start[arcs]].tolist(), [run.tolist() for run in members], strict=False))
+    members = (start[arcs][rows] + ahead_of).tolist()
+    borders = np.searchsorted(rows, np.arange(len(arcs) + 1)).tolist()
+    return list(zip(block[start[arcs]].tolist(), [members[i:j] for i, j in pairwise(borders)], strict=True))
 
 
 def _bridged(config: ArcConfig) -> float:
@@ -173,36 +168,43 @@ def _bridged(config: ArcConfig) -> float:
     return 4.0 * config.spread_m + 0.1
 
 
-def _inside(start: Ints, block: Ints, tracks: _Tracks, config: ArcConfig) -> Bools:
-    """Whether a reading so many places after each start may belong to its run, for all it is (k, n) not too far on."""
+def _hopeful(start: Ints, block: Ints, tracks: _Tracks, config: ArcConfig) -> tuple[Ints, Bools]:
+    """The starts whose run may become an arc, and whether it may grow to so many places ahead (k, n).
+
+    Not farther than a turn or an arc can be wide. Ranges that no lever arm makes one distance are misses; a run that
+    has too many of them grows no more.
+    """
+    width, axis = config.max_width_deg * DEGREE, tracks.axis
     limit = np.minimum(start + tracks.circle[block[start]], tracks.end[block[start]])
-    columns = [np.ones(len(start), dtype=bool)]
-    while columns[-1].any():
-        place = np.minimum(start + len(columns), len(tracks.axis) - 1)
-        near = tracks.axis[place] - tracks.axis[start] <= config.max_width_deg * DEGREE
-        columns.append(near & (start + len(columns) < limit))
-    return np.stack(columns, axis=1)
+    sorted_axis = axis + 1000.0 * block  # each sonar's axes are sorted
+    ahead = np.searchsorted(sorted_axis, sorted_axis[start] + (width + 1e-6)) - start
+    place = start[:, None] + np.arange(int(ahead.max(initial=1)))
+    last = np.minimum(place, len(axis) - 1)
+    may = (axis[last] - axis[start][:, None] <= width) & (place < limit[:, None]) & tracks.echo[last]
+    may &= np.abs(tracks.distance[last] - tracks.distance[start][:, None]) <= _bridged(config)
+    may[:, 0] = True
+    may &= np.cumsum(~may, axis=1) <= config.max_misses
+    farthest = may.shape[1] - 1 - np.argmax(may[:, ::-1], axis=1)
+    hopeful = axis[start + farthest] - axis[start] >= config.min_width_deg * DEGREE
+    return start[hopeful], may[hopeful, : int(farthest[hopeful].max(initial=0)) + 1]
 
 
-def _pairs(start: Ints, inside: Bools, tracks: _Tracks, config: ArcConfig) -> list[tuple[Ints, Floats]]:
-    """For each number of places ahead the starts (numbers) whose run may grow to there, and the distances then.
+def _pairs(start: Ints, may: Bools, tracks: _Tracks) -> list[tuple[Ints, Floats]]:
+    """For one, two, … places ahead the starts (numbers) whose run may grow to there, and the distances then.
 
     (k, places) metres: of every reading from the start to there with the lever arm of the two's middle taken out.
     """
-    last = np.minimum(start[:, None] + np.arange(inside.shape[1]), len(tracks.axis) - 1)
-    may = inside & tracks.echo[last]
-    may &= np.abs(tracks.distance[last] - tracks.distance[start][:, None]) <= _bridged(config)
     ahead, of = np.nonzero(may.T)
     sine, cosine = dmath.sincos(0.5 * (tracks.axis[start[of]] + tracks.axis[start[of] + ahead]))
-    place = np.minimum(start[of][:, None] + np.arange(inside.shape[1]), len(tracks.axis) - 1)
+    place = np.minimum(start[of][:, None] + np.arange(may.shape[1]), len(tracks.axis) - 1)
     levels = tracks.distance[place] + (tracks.x[place] * cosine[:, None] + tracks.y[place] * sine[:, None])
-    borders = np.searchsorted(ahead, np.arange(inside.shape[1] + 1)).tolist()
-    return [(of[i:j], levels[i:j, : k + 1]) for k, (i, j) in enumerate(pairwise(borders))]
+    borders = np.searchsorted(ahead, np.arange(1, may.shape[1] + 1)).tolist()
+    return [(of[i:j], levels[i:j, : k + 1]) for k, (i, j) in enumerate(pairwise(borders), 1)]
 
 
-def _keeps_one(levels: Floats, member: Bools, config: ArcConfig) -> Bools:
-    """Whether the members' distances (k, n) all lie within the spread of their mean."""
-    mean = np.cumsum(np.where(member, levels, 0.0), axis=1)[:, -1] / np.count_nonzero(member, axis=1)
+def _keep_one(levels: Floats, member: Bools, count: Ints, config: ArcConfig) -> Bools:
+    """Whether the members' distances (k, n), `count` (k,) of them, all lie within the spread of their mean."""
+    mean = np.cumsum(np.where(member, levels, 0.0), axis=1)[:, -1] / count
     return np.asarray(((np.abs(levels - mean[:, None]) <= config.spread_m) | ~member).all(axis=1))
 
 
@@ -220,33 +222,36 @@ def _longest(runs: list[list[int]], begin: int, circle: int) -> list[list[int]]:
 
 def _arcs(chosen: list[tuple[int, int, int, list[int]]], tracks: _Tracks, *, closed: bool) -> list[Arc]:
     """Arcs of runs given as (sonar, where its block begins, how long a turn is, places)."""
-    runs = [np.array(run) for *_, run in chosen]
-    if not runs:
+    if not chosen:
         return []
-    flat, sizes = np.concatenate(runs), np.array([len(run) for run in runs])
-    sine, cosine = dmath.sincos(0.5 * (tracks.axis[[run[0] for run in runs]] + tracks.axis[[run[-1] for run in runs]]))
+    flat = np.array([place for *_, run in chosen for place in run])
+    sizes = np.array([len(run) for *_, run in chosen])
+    ends = np.cumsum(sizes)
+    sine, cosine = dmath.sincos(0.5 * (tracks.axis[flat[ends - sizes]] + tracks.axis[flat[ends - 1]]))
     lever = tracks.x[flat] * np.repeat(cosine, sizes) + tracks.y[flat] * np.repeat(sine, sizes)
-    levels_of, readings_of = (tracks.distance[flat] + lever).tolist(), tracks.index[flat].tolist()
-    arcs, at = [], 0
-    for sonar, begin, circle, run in chosen:
-        levels, readings = levels_of[at : at + len(run)], readings_of[at : at + len(run)]
-        at += len(run)
+    number = np.repeat(np.arange(len(sizes)), sizes)
+    levels = tracks.distance[flat] + lever
+    mean = np.bincount(number, levels) / sizes
+    spread = np.zeros(len(sizes))
+    np.maximum.at(spread, number, np.abs(levels - mean[number]))
+    readings, axis = tracks.index[flat].tolist(), tracks.axis.tolist()
+    arcs = []
+    for (sonar, begin, circle, run), end, distance, off in zip(
+        chosen, ends.tolist(), mean.tolist(), spread.tolist(), strict=True
+    ):
         first, last = run[0], run[-1]
         whole = closed or (first > begin and last < begin + circle - 1)
-        around = tracks.axis[[first - 1, first, last, min(last + 1, len(tracks.axis) - 1)]].tolist()
-        if first == begin:
-            around[0] = float(tracks.axis[begin + circle - 1]) - 2.0 * PI
-        mean = dmath.ordered_sum(levels) / len(levels)
+        before = axis[begin + circle - 1] - 2.0 * PI if first == begin else axis[first - 1]
         arcs.append(
             Arc(
                 sonar=sonar,
-                readings=tuple(readings),
-                before=around[0] if whole else around[1],
-                first=around[1],
-                last=around[2],
-                after=around[3] if whole else around[2],
-                distance=mean,
-                spread=max(abs(level - mean) for level in levels),
+                readings=tuple(readings[end - len(run) : end]),
+                before=before if whole else axis[first],
+                first=axis[first],
+                last=axis[last],
+                after=axis[min(last + 1, len(axis) - 1)] if whole else axis[last],
+                distance=distance,
+                spread=off,
                 whole=whole,
             )
         )
@@ -276,6 +281,6 @@ def cluster(arcs: list[Arc], config: ArcConfig) -> list[tuple[int, ...]]:
         members = np.flatnonzero(free & about & (np.abs(distance - level) <= config.agree_m))
         if len(members) == 0:
             members = np.array([seed])
-        elif len(np.unique(sonar[members])) >= config.min_sonars:
+        elif len(set(sonar[members].tolist())) >= config.min_sonars:
             groups.append(tuple(members.tolist()))
         free[members] = False

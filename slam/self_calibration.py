@@ -164,13 +164,13 @@ def _learn(raw: Calibrated, ring: SonarRing, known: Calibration, config: SelfCal
     # An arc cut by the start or the end of the turn has its middle in the wrong place.
     arcs = [arc for arc in find_arcs(raw.beams, ArcConfig(), closed=False) if arc.whole]
     size = len(ring.mountings) + 1
-    normal, right = known.normal.copy(), known.right.copy()
+    normal, right = known.normal, known.right
     weight = _weight(config.bearing_sigma_deg * DEGREE)
     for members in cluster(arcs, ArcConfig()):
         rows, values = _arc_rows([arcs[i] for i in members], raw.turn, known, size)
-        for row, value in zip(rows, values, strict=True):
-            normal += weight * (row[:, None] * row[None, :])
-            right += weight * (row * value)
+        shares = weight * (rows[:, :, None] * rows[:, None, :])
+        normal = np.cumsum(np.concatenate([normal[None], shares]), axis=0)[-1]
+        right = np.cumsum(np.concatenate([right[None], weight * (rows * values[:, None])]), axis=0)[-1]
     prior = np.full(size, _weight(config.mounting_sigma_deg * DEGREE))
     prior[0] = _weight(config.scale_sigma)
     ridge = normal.copy()
@@ -185,16 +185,16 @@ def _weight(sigma: float) -> float:
 
 def _arc_rows(arcs: list[Arc], turn: Floats, known: Calibration, size: int) -> tuple[Floats, Floats]:
     """One row an arc: how its uncorrected bearing depends on (scale, mounting errors), means taken out."""
+    number = np.repeat(np.arange(len(arcs)), [len(arc.readings) for arc in arcs])
+    turns = np.bincount(number, turn[np.array([reading for arc in arcs for reading in arc.readings])])
+    middle = turns / np.bincount(number)
+    raw_turn = middle / (1.0 + known.rotation_scale)
+    sonar = np.array([arc.sonar for arc in arcs])
+    off = wrap(np.array([arc.bearing for arc in arcs]) - arcs[0].bearing)
+    values = off - ((middle - raw_turn) + np.array(known.mounting)[sonar])
     rows = np.zeros((len(arcs), size))
-    values = np.zeros(len(arcs))
-    reference = arcs[0].bearing
-    for i, arc in enumerate(arcs):
-        middle = dmath.mean(turn[np.array(arc.readings)])
-        raw_turn = middle / (1.0 + known.rotation_scale)
-        correction = (middle - raw_turn) + known.mounting[arc.sonar]
-        rows[i, 0] = -raw_turn
-        rows[i, 1 + arc.sonar] = -1.0
-        values[i] = wrap(arc.bearing - reference) - correction
+    rows[:, 0] = -raw_turn
+    rows[np.arange(len(arcs)), 1 + sonar] = -1.0
     count = float(len(arcs))
     rows -= np.cumsum(rows, axis=0)[-1] / count
     values -= dmath.total(values) / count
