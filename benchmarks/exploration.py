@@ -24,7 +24,8 @@ from sonarlog.exploring.explorer import Explorer, Limits
 from sonarlog.exploring.reproduction import Reproduction
 from sonarlog.log import Log
 from sonarlog.map_metrics import map_quality
-from sonarlog.recorder import Plan, Recorder
+from sonarlog.plan import Plan
+from sonarlog.recorder import Recorder
 from sonarlog.recording import RecordingWriter, read_log
 from sonarlog.replay import replay_sweeps, sweeps_of, true_pose
 from sonarlog.route import parse_route

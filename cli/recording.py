@@ -1,4 +1,4 @@
-"""What `record` and `explore` share: a live view, an interrupted loop that still ends well, and the recorder itself."""
+"""What `record` and `explore` share: options, a live view, an interrupted loop that ends well, the recorder itself."""
 
 import shlex
 import signal
@@ -8,17 +8,79 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from cli import options
 from cli.live_line import LiveLine
 from cli.watching import WINDOW
 
 if TYPE_CHECKING:
     from sonarlog.log import Event
-    from sonarlog.recorder import Plan, Status
+    from sonarlog.plan import Plan
+    from sonarlog.recorder import Status
     from sonarlog.viz.live import LiveView
+
+
+POSITIVE = click.FloatRange(0, min_open=True)
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def recording_options(command: Command) -> Command:
+    """Those of the port, the file, the robot and the talk, in the order of --help; `plan_of` and `record` read them."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+_OPTIONS = (
+    click.option(
+        "--port", required=True, metavar="URL", help="/dev/ttyUSB0, socket://HOST:PORT or sim://WORLD?seed=1."
+    ),
+    click.option("-o", "--output", required=True, type=options.FILE, help="The recording to write, NAME.mcap."),
+    click.option("--robot", metavar="NAME|FILE", help="Robot parameters, if not those of the type it says it is."),
+    click.option("--baud", type=int, default=9600, show_default=True, help="Of a serial line."),
+    click.option("--speed", type=POSITIVE, metavar="N", help="The robot at the port is a simulator, N times as fast."),
+    click.option("--sim", is_flag=True, help="A simulator is meant: do not refuse one at a serial port."),
+    click.option(
+        "--give-up",
+        type=click.FloatRange(0),
+        default=60,
+        show_default=True,
+        metavar="SECONDS",
+        help="How long to try to come back to a robot that is lost.",
+    ),
+    click.option(
+        "--viz",
+        is_flag=False,
+        flag_value=WINDOW,
+        metavar="[FILE.rrd]",
+        help="Watch in Rerun's viewer meanwhile, or save that to a file.",
+    ),
+    click.option("--lean", is_flag=True, help="A fifth of the size: the wire, and little beside it."),
+    options.force,
+    options.quiet,
+    click.option("-v", "--verbose", is_flag=True, help="Tell every event, sweeps too."),
+)
+
+
+def plan_of(settings: dict[str, Any], **who: Any) -> "Plan":
+    """The plan by the options above; `who` says who drives, and what else there is to say.
+
+    Raises UsageError where they do not go together, and what loading a robot raises.
+    """
+    if settings["speed"] is not None and settings["port"].startswith("sim://"):
+        raise click.UsageError("the embedded robot's speed stands in its URL: sim://WORLD?speed=N")
+    from sonarlog.plan import Plan
+    from sonarlog.robot import load_robot
+
+    return Plan(
+        robot=load_robot(settings["robot"]) if settings["robot"] else None,
+        rate=settings["speed"] or 1.0,
+        real="://" not in settings["port"] and not settings["sim"] and settings["speed"] is None,
+        **who,
+    )
 
 
 @contextmanager

@@ -85,9 +85,7 @@ def command(
         recording, viz = Path(str(viz)), WINDOW  # `replay --viz RECORDING`
     if recording is None:
         raise click.UsageError("which recording? sonarlog replay RECORDING")
-    from cli.progress import progress
     from slam.algorithms import DEFAULT, algorithm
-    from sonarlog.replay import replay
     from sonarlog.robot import load_robot
 
     given = load_robot(robot) if robot else None
@@ -102,13 +100,32 @@ def command(
     if start is not None and output is not None:
         _resumed(recording, chosen, output, start, as_json=as_json, quiet=quiet)
         return
+    result = _replayed(recording, chosen, output, folder, viz, checkpoint_every or 0, given, force=force, quiet=quiet)
+    _tell(result, output or recording, f"{chosen.name} {chosen.version}", output, as_json=as_json, quiet=quiet)
+
+
+def _replayed(
+    recording: Path,
+    chosen: "Algorithm",
+    output: Path | None,
+    folder: Path | None,
+    viz: str | None,
+    every: int,
+    robot: "Robot | None",
+    *,
+    force: bool,
+    quiet: bool,
+) -> "Replayed":
+    """The whole of it into a run, shown and exported as is wanted."""
+    from cli.progress import progress
+    from sonarlog.replay import replay
+
     if folder is not None:
         from sonarlog.exports.folder import check_folder_free, export_folder
 
         check_folder_free(folder, force=force)
     title = f"{recording.name} {chosen.name}"
     with progress("replaying", quiet=quiet) as advance, Watch(advance, viz, title, force=force) as watch:
-        every = checkpoint_every or 0
         result = replay(
             recording,
             chosen,
@@ -116,7 +133,7 @@ def command(
             force=force,
             watcher=watch,
             checkpoint_every=every,
-            robot=given,
+            robot=robot,
             clock=time.thread_time_ns,
         )
     if folder is not None and output is not None:
@@ -125,7 +142,7 @@ def command(
         export_folder(read_run(output), folder, force=force)
     for sentence in result.missing:
         click.echo(sentence, err=True)
-    _tell(result, output or recording, f"{chosen.name} {chosen.version}", output, as_json=as_json, quiet=quiet)
+    return result
 
 
 def _tell(result: "Replayed", path: Path, algorithm: str, run: Path | None, *, as_json: bool, quiet: bool) -> None:

@@ -14,17 +14,16 @@ from sonarlog.drive import Driver
 from sonarlog.errors import SonarlogError
 from sonarlog.log import Event
 from sonarlog.moves import Mover
+from sonarlog.plan import SECOND, Plan
 from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import ConfigPacket, Sync
 from sonarlog.recording import RecordingWriter
 from sonarlog.robot import DEFAULT_ROBOT, Robot, built_in, load_robot
-from sonarlog.route import Route
 from sonarlog.scribe import HUNG_NS, Scribe, WriterHangs
 from sonarlog.session import Identity, NoAnswer, RobotSilent, Session
 from sonarlog.transcript import Transcript
 from sonarlog.transport import Link, LinkLost
 
-SECOND = 1_000_000_000
 POLL_S = 0.05  # how long a read may wait before it is looked whether anything else is due
 HOLD_NS = 2 * SECOND  # a disk so far behind, and the robot stands until it has caught up
 
@@ -56,34 +55,6 @@ class Status:
     readings: int
     bad_packets: int
     battery_volts: float | None
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What to record. `route` None: without moving. `robot` None: the one the robot says it is.
-
-    `mover` makes whoever drives, instead of a route; with `recovers` it sees to stalls and bumps itself. `rate`: how
-    much faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is refused.
-    """
-
-    route: Route | None = None
-    robot: Robot | None = None
-    mover: Callable[[Robot], Mover] | None = None
-    recovers: bool = False
-    speed_mm_s: float = 300.0
-    limit_ns: int | None = None
-    rate: float = 1.0
-    real: bool = False
-
-    @property
-    def drives(self) -> bool:
-        """Whether the robot is to move."""
-        return self.route is not None or self.mover is not None
-
-    @property
-    def patience_ns(self) -> int:
-        """A second of real time, in robot time: how long an answer may take."""
-        return int(SECOND * max(1.0, self.rate))
 
 
 class Recorder:

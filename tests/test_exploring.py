@@ -19,9 +19,10 @@ from sonarlog.exploring.explorer import VAIN, Explorer, Limits
 from sonarlog.exploring.follower import SECOND
 from sonarlog.exploring.live_sweeps import LiveSweeps
 from sonarlog.log import Log
+from sonarlog.plan import Plan
 from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import STOP_BUTTON, Packet, Reset, Sip
-from sonarlog.recorder import Plan, Recorder, RouteHalted
+from sonarlog.recorder import Recorder, RouteHalted
 from sonarlog.recording import RecordingWriter, open_recording, read_log
 from sonarlog.recording.reader import read_wire
 from sonarlog.replay import replay, replay_sweeps, sweeps_of, true_pose

@@ -8,9 +8,10 @@ import pytest
 
 from sonarlog.cdr import decode
 from sonarlog.log import Log
+from sonarlog.plan import Plan
 from sonarlog.protocol.commands import Command, encode_command, parse_command
 from sonarlog.protocol.framing import Frame, Framer
-from sonarlog.recorder import Plan, Recorder, Status
+from sonarlog.recorder import Recorder, Status
 from sonarlog.recording import RecordingWriter, open_recording, read_log, recording_digest
 from sonarlog.ros2 import Wire
 from sonarlog.route import Route, default_route, parse_route

@@ -16,10 +16,11 @@ from sonarlog import scribe as scribe_module
 from sonarlog.connection import Again
 from sonarlog.log import Event, Log
 from sonarlog.mcap_file import CannotWrite, partial_path
+from sonarlog.plan import Plan
 from sonarlog.protocol.commands import Command, encode_command, parse_command
 from sonarlog.protocol.framing import Frame, Framer, frame
 from sonarlog.protocol.packets import STOP_BUTTON, Packet, Reset, Sip, parse_packet
-from sonarlog.recorder import Plan, Recorder, RouteHalted, SimulatorAnswers, Status
+from sonarlog.recorder import Recorder, RouteHalted, SimulatorAnswers, Status
 from sonarlog.recording import RecordingWriter, open_recording, read_log
 from sonarlog.recording.reader import read_wire
 from sonarlog.route import parse_route

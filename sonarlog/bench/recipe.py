@@ -18,7 +18,8 @@ from sonarlog.bench.conditions import Condition
 from sonarlog.bench.guide import guided
 from sonarlog.bench.routes import respaced, without_scans
 from sonarlog.digest import digest
-from sonarlog.recorder import SECOND, Plan, Recorder
+from sonarlog.plan import SECOND, Plan
+from sonarlog.recorder import Recorder
 from sonarlog.recording import RecordingWriter
 from sonarlog.robot import DEFAULT_ROBOT, Robot, load_robot
 from sonarlog.route import Route, default_route, parse_route

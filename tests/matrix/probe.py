@@ -18,7 +18,8 @@ from slam.algorithms import ALGORITHMS, DEFAULT, algorithm
 from sonarlog.digest import RunDigest, digest
 from sonarlog.imports import udacity
 from sonarlog.imports.rows import write_rows
-from sonarlog.recorder import Plan, Recorder
+from sonarlog.plan import Plan
+from sonarlog.recorder import Recorder
 from sonarlog.recording import RecordingWriter, read_log, recording_digest
 from sonarlog.replay import replay_sweeps, sweeps_of
 from sonarlog.route import parse_route
