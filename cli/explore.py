@@ -61,12 +61,13 @@ def _explore(settings: dict[str, Any], chosen: "Algorithm") -> int:
     explorers: list[Explorer] = []
 
     def made(robot: "Robot") -> Explorer:
-        explorers.append(Explorer(robot, chosen, limits))
+        explorers.append(Explorer(robot, chosen, limits, watch=view.watch if view else None))
         return explorers[-1]
 
     plan = plan_of(settings, mover=made, recovers=True)
     line = LiveLine(quiet=settings["quiet"], verbose=settings["verbose"], talk=("station", "the exploration"))
-    with live(settings["viz"], output.name, force=settings["force"]) as view, interrupts() as asked, line:
+    watched = live(settings["viz"], output.name, force=settings["force"], exploring=True)
+    with watched as view, interrupts() as asked, line:
 
         def stop() -> bool:
             """Home first, if that is wanted and nobody insists."""

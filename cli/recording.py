@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sonarlog.log import Event
     from sonarlog.plan import Plan
     from sonarlog.recorder import Status
-    from sonarlog.viz.live import LiveView
+    from sonarlog.viz.live import Drawing, LiveView
 
 
 POSITIVE = click.FloatRange(0, min_open=True)
@@ -84,14 +84,20 @@ def plan_of(settings: dict[str, Any], **who: Any) -> "Plan":
 
 
 @contextmanager
-def live(viz: str | None, title: str, *, force: bool) -> "Iterator[LiveView | None]":
+def live(viz: str | None, title: str, *, force: bool, exploring: bool = False) -> "Iterator[LiveView | None]":
     """The live view, its viewer opened and Rerun loaded before the port is."""
     if viz is None:
         yield None
         return
     from sonarlog.viz.live import LiveView, live_stage
 
-    view = LiveView(live_stage(title, None if viz == WINDOW else viz, force=force))
+    drawing: Drawing | None = None
+    if exploring:
+        from sonarlog.viz.growing import Growing
+
+        drawing = Growing()
+    path = None if viz == WINDOW else viz
+    view = LiveView(live_stage(title, path, force=force, exploring=exploring), drawing)
     try:
         yield view
     finally:

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from cli.main import run
 from sonarlog.decode import Pose, Reading, Sample
 from sonarlog.log import Event
 from sonarlog.protocol.packets import Sip
-from sonarlog.recording import recording_digest
+from sonarlog.recording import read_log, recording_digest
 from sonarlog.robot import load_robot
 from sonarlog.viz import live
 from sonarlog.viz.live import LiveView, live_stage
@@ -44,6 +45,12 @@ class Kept:
 
     def say(self, event: Event) -> None:
         self.said.append(event.text)
+
+    def write(self, t_ns: int, text: str) -> None:
+        raise AssertionError(text)
+
+    def turn(self, heading: float) -> None:
+        raise AssertionError(heading)
 
     def finish(self) -> None:
         self.finished = True
@@ -103,6 +110,28 @@ def test_a_recording_is_the_same_whether_it_is_watched_or_not(
     assert "not overwritten" in capsys.readouterr().err
     paths = {str(chunk.entity_path) for chunk in RrdReader(saved).stream()}
     assert {"/map/readings/0", "/map/odometry/path/0", "/map/odometry/robot", "/events"} <= paths
+
+
+def test_an_exploration_is_shown_as_it_goes_on_and_is_the_same_unwatched(tmp_path: Path) -> None:
+    hall = Path(__file__).parent / "data" / "hall.toml"
+    arguments = ["explore", "--port", f"sim://{hall}?seed=1", "--max-time", "100", "-q", "--lean"]
+    saved = tmp_path / "live.rrd"
+    assert run([*arguments, "-o", str(tmp_path / "a.mcap"), "--viz", str(saved)]) == 0
+    assert run([*arguments, "-o", str(tmp_path / "b.mcap")]) == 0
+    assert recording_digest(tmp_path / "a.mcap") == recording_digest(tmp_path / "b.mcap")
+    rows: dict[str, int] = Counter()
+    for chunk in RrdReader(saved).stream():
+        rows[str(chunk.entity_path)] += chunk.num_rows
+    stations = len(read_log(tmp_path / "a.mcap").decisions)
+    assert stations >= 2
+    assert rows["/decision"] == rows["/map/stations"] == rows["/map/I_decision/path"] == stations
+    assert {"/events", "/map/I_decision/goal", "/map/I_decision/regions", "/map/path/corrected/0"} <= rows.keys()
+    assert {"/map/live/robot", "/map/live/way", "/map/live/echoes", "/plots/battery/volts"} <= rows.keys()
+    tiles = [path for path in rows if path.startswith("/map/H_extension/grid/")]
+    frontier = [path for path in rows if path.startswith("/map/I_decision/frontier/")]
+    assert tiles
+    assert frontier
+    assert max(rows[path] for path in tiles) >= 2  # it grows
 
 
 def test_the_native_viewer_takes_it() -> None:

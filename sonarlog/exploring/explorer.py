@@ -55,7 +55,7 @@ class Explorer(Follower):
         algorithm: Algorithm,
         limits: Limits,
         *,
-        watch: Callable[[Step], None] = lambda _step: None,
+        watch: Callable[[Step], None] | None = None,
     ) -> None:
         """`watch` sees every step; it must not wait."""
         super().__init__(
@@ -115,7 +115,8 @@ class Explorer(Follower):
         for sweep in self._sweeps.take():
             step, told = self._mapper.take(sweep)
             self._decisions.append(Decided(self._now_ns, told))
-            self._watch(step)
+            if self._watch is not None:
+                self._watch(step)
         if step is not None:
             self._event("info", f"station {self._mapper.count - 1}: {described(step)}")
             if not self.sure and step.sweep.session == self._session and tied(step):

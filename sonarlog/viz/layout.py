@@ -144,6 +144,14 @@ def _without(letters: str) -> tuple[str, ...]:
     return tuple(f"- /{BLOCK_PATHS[letter]}/**" for letter in letters)
 
 
+def exploring_layout() -> Layout:
+    """The layout of an exploration while it goes on."""
+    events, volts = Page("Events", "events", events=True), Plot("Battery, V", "plots/battery")
+    side = Group("column", (Page("What it decided, and why", "decision"), events, volts), (4, 3, 2))
+    plane = Plane("The map as it grows · purple stations, orange frontier, × goal, red way, ◇ next scan", ("/map/**",))
+    return Layout(Group("row", (plane, side), (5, 2)), "time", following=True)
+
+
 def live_layout() -> Layout:
     """The layout of a recording while it is made."""
     side = Group("column", (Page("Events", "events", events=True), Plot("Battery, V", "plots/battery")))

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 SWEEP, TIME = "sweep", "time"
 """Timelines: the number of the sweep, and the time since the recording began."""
 
-LAYERS = ("grid", "patch", "difference", "true", "chains/walls", "chains/roots", "frontier", "path", "rays", "no_echo",
-          "beams", "raw", "moved", "before", "robot", "roots", "members")  # fmt: skip
+LAYERS = ("grid", "patch", "difference", "true", "chains/walls", "chains/roots", "frontier", "path", "live", "rays",
+          "no_echo", "beams", "raw", "moved", "before", "robot", "roots", "members")  # fmt: skip
 """Parts of entity paths from the bottom to the top; everything else lies above, and names above all."""
 A_CHUNK = 4 << 20
 UNSEEN = rr.Radius.ui_points(0.01)
