@@ -1,6 +1,7 @@
 """Linear systems solved by hand, in one order of operations (no BLAS, no LAPACK)."""
 
 from collections.abc import Sequence
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 
@@ -48,46 +49,53 @@ def inverse_3(matrix: Floats) -> Floats:
     return np.asarray(np.array(cofactors) / determinant)
 
 
-def solve_blocks(matrix: Floats, right: Floats, size: int, edges: Sequence[set[int]]) -> Floats:
-    """The same for a large matrix, most of which is zero: b blocks of `size` unknowns, then a few that touch all.
+def solve_blocks(joined: Floats, size: int, order: Sequence[tuple[int, list[int]]]) -> Floats:
+    """The same as `solve_joined` for a large matrix (n, n + 1), most of which is zero, and which is overwritten.
 
-    `edges[i]` are the blocks that block i touches. The block that touches fewest others is eliminated first; of
-    several the lowest. `matrix` and `right` are overwritten. Raises SlamError like `solve_spd`.
+    It is made of blocks of `size` unknowns, then a few that touch all; `order` is that of `elimination`. Raises
+    SlamError like `solve_spd`.
     """
-    blocks = len(edges)
-    tail = np.arange(size * blocks, len(right))
+    tail = np.arange(size * len(order), joined.shape[1])  # with the right side
     steps = []
-    for block, neighbours in _elimination(edges):
+    for block, neighbours in order:
         own = np.arange(size * block, size * block + size)
         others = [size * n + k for n in neighbours for k in range(size)]
+        rest = np.concatenate([own, np.array(others, dtype=np.int64), tail])
+        square = joined[rest[:-1, None], rest]
         for k in range(size):
-            rest = np.concatenate([own[k + 1 :], np.array(others, dtype=np.int64), tail])
-            j = own[k]
-            diagonal = _pivot(matrix[j, j], int(j))
-            row = matrix[j, rest]
-            part = row / diagonal
-            matrix[rest[:, None], rest] -= part[:, None] * row[None, :]
-            right[rest] -= part * right[j]
-            steps.append((j, rest, part, diagonal))
-    solution = np.zeros(len(right))
-    solution[tail] = solve_spd(matrix[tail[:, None], tail], right[tail])
-    for j, rest, part, diagonal in reversed(steps):
-        solution[j] = right[j] / diagonal - dmath.total(part * solution[rest])
+            pivot = _pivot(square.item(k, k), int(own[k]))
+            row = square[k, k + 1 :]
+            part = row / pivot
+            square[k + 1 :, k + 1 :] -= part[:-1, None] * row
+            steps.append((int(own[k]), rest[k + 1 : -1], part))
+        joined[rest[size:-1, None], rest[size:]] = square[size:, size:]
+    solution = np.zeros(len(joined))
+    solution[tail[:-1]] = solve_joined(joined[tail[:-1, None], tail])
+    for j, rest, part in reversed(steps):
+        solution[j] = part[-1] - dmath.total(part[:-1] * solution[rest])
     return solution
 
 
-def _elimination(edges: Sequence[set[int]]) -> list[tuple[int, list[int]]]:
-    """In which order to eliminate the blocks, and what each one touches by then (minimum degree)."""
+def elimination(edges: Sequence[set[int]]) -> list[tuple[int, list[int]]]:
+    """In which order to eliminate blocks, and what each one touches by then; `edges[i]` are those block i touches.
+
+    The one that touches fewest others is next, of several the lowest (minimum degree).
+    """
     touching = [set(neighbours) - {block} for block, neighbours in enumerate(edges)]
-    waiting = dict.fromkeys(range(len(edges)))
+    waiting = [(len(touched), block) for block, touched in enumerate(touching)]
+    heapify(waiting)
     order = []
+    gone = [False] * len(edges)
     while waiting:
-        block = min(waiting, key=lambda b: (len(touching[b]), b))
+        degree, block = heappop(waiting)
+        if gone[block] or degree != len(touching[block]):
+            continue
         neighbours = sorted(touching[block])
         for n in neighbours:
             touching[n] |= touching[block]
             touching[n] -= {n, block}
-        del waiting[block]
+            heappush(waiting, (len(touching[n]), n))
+        gone[block] = True
         order.append((block, neighbours))
     return order
 

@@ -16,7 +16,7 @@ from slam.graph.normal import Part
 from slam.graph.odometry import motion_residuals
 from slam.graph.problem import RING, Graph, sighting_residuals
 from slam.graph.solver import MOTION_KERNEL, part_from, solve, total_error, weights
-from slam.linear import solve_blocks, solve_spd
+from slam.linear import elimination, solve_blocks, solve_spd
 from tests.graphs import Line, Spot, graph_of, shaken
 
 seeds = st.integers(0, 2**32 - 1)
@@ -55,7 +55,9 @@ def test_sparse_systems_of_blocks_with_a_tail_that_touches_all(seed: int, blocks
     matrix += np.diag(rng.uniform(0.1, 1.0, count))
     right = rng.normal(size=count)
     expected = np.linalg.solve(matrix, right)
-    assert solve_blocks(matrix.copy(), right.copy(), size, edges) == pytest.approx(expected, rel=1e-7, abs=1e-9)
+    assert solve_blocks(np.column_stack([matrix, right]), size, elimination(edges)) == pytest.approx(
+        expected, rel=1e-7, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("matrix", [np.zeros((2, 2)), -np.eye(2), np.ones((2, 2)), np.full((2, 2), np.nan)])
@@ -63,14 +65,12 @@ def test_what_is_not_positive_definite_is_refused_by_name(matrix: Floats) -> Non
     with pytest.raises(SlamError, match="singular in unknown"):
         solve_spd(matrix, np.ones(2))
     with pytest.raises(SlamError, match="singular in unknown"):
-        solve_blocks(matrix.copy(), np.ones(2), 1, [{1}, {0}])
+        solve_blocks(np.column_stack([matrix, np.ones(2)]), 1, elimination([{1}, {0}]))
 
 
 def test_what_touches_fewest_is_eliminated_first() -> None:
     """A star: its rays have one neighbour each, its hub comes when two are left."""
-    from slam.linear import _elimination
-
-    assert [block for block, _ in _elimination([{1, 2, 3}, {0}, {0}, {0}])] == [1, 2, 0, 3]
+    assert [block for block, _ in elimination([{1, 2, 3}, {0}, {0}, {0}])] == [1, 2, 0, 3]
 
 
 WORLD: list[Line | Spot] = [

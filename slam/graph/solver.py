@@ -14,7 +14,7 @@ from slam.graph.config import GraphConfig
 from slam.graph.normal import Layout, Part, normal_equations
 from slam.graph.odometry import Steps, motion_residuals
 from slam.graph.problem import RING, Graph, Sightings, sighting_residuals
-from slam.linear import solve_blocks, solve_joined
+from slam.linear import elimination, solve_blocks, solve_joined
 from slam.sweep import Ints
 
 DENSE = 80
@@ -96,6 +96,7 @@ class _Problem:
     """What stays the same from one iteration to the next.
 
     `still` (r,): seen from a pose that does not move. `prior` (4, 2): what is believed of the errors, and 1/σ².
+    `order`: that of elimination, where the poses are many.
     """
 
     part: Part
@@ -107,6 +108,7 @@ class _Problem:
     lines: Ints
     prior: Floats
     kernel: float
+    order: list[tuple[int, list[int]]] | None
 
     @classmethod
     def of(cls, graph: Graph, part: Part, config: GraphConfig) -> "_Problem":
@@ -121,6 +123,7 @@ class _Problem:
             np.flatnonzero(~is_point),
             _prior(graph, config),
             config.kernel,
+            elimination(_edges(part)) if len(part.sweeps) > DENSE else None,
         )
 
 
@@ -139,7 +142,7 @@ def _iterate(at: _Unknowns, problem: _Problem) -> tuple[_Unknowns, float]:
     sightings, steps = _sighting_rows(at, problem), _step_rows(at, problem)
     matrix, landmarks = normal_equations(problem.layout, sightings, steps, prior)
     count = len(part.sweeps)
-    step = solve_joined(matrix) if count <= DENSE else solve_blocks(matrix[:, :-1], matrix[:, -1], 3, _edges(part))
+    step = solve_joined(matrix) if problem.order is None else solve_blocks(matrix, 3, problem.order)
     poses, line, point = at.poses.copy(), at.line.copy(), at.point.copy()
     poses[part.first :] += step[: 3 * count].reshape(-1, 3)
     change = landmarks.steps(step)
