@@ -22,13 +22,13 @@ _RAYS = 49
 
 
 def render_cones(sight: Sight, pose: Pose, cell_m: float) -> Layer:
-    """The evidence of all beams of a sweep (they must all have been kept), each on its own, added up."""
-    beams = sight.beams[sight.echoed]
+    """The evidence of all beams of a sweep (they must have been kept), each on its own, added up."""
+    beams = sight.beams
     reach = beams[:, 3:4]
     far = float(reach.max()) + 0.5
     corners = np.array([(pose.x - far, pose.y - far), (pose.x + far, pose.y + far)])
     disc = disc_around(pose.x, pose.y, corners, cell_m)
-    offset = (np.arange(_RAYS).astype(np.float64) / float(_RAYS - 1) * 2.0 - 1.0) * sight.half_beam
+    offset = (np.arange(_RAYS).astype(np.float64) / float(_RAYS - 1) * 2.0 - 1.0) * beams[:, 4:5]
     sine, cosine = dmath.sincos(beams[:, 2:3] + offset + pose.theta)
     origin = pose.points(beams[:, :2])
     dx = origin[:, :1] - pose.x + reach * cosine

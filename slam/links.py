@@ -54,7 +54,7 @@ class EndConfig:
     beside_m: float = 0.08
     aside_deg: float = 20.0
     longest_m: float = 3.0
-    ratio: float = 1.5  # … and not farther than so many times what is known of the wall, …
+    ratio: float = 3.0  # … and not farther than so many times what is known of the wall, …
     short_m: float = 1.2  # … unless that is near
     ended_m: float = 0.15  # what stands so little before the wall's end has ended it
 

@@ -2,9 +2,10 @@
 
 A wall marks its segment and frees the fan in front of it, as far as no known wall stands in the way. Between two
 neighbouring members of a chain the wall goes on, and so it does to the corner it ends in, unless what was seen there
-speaks against it. Readings of class (ii) sharpen their RCD; those of class (iii) weigh little and free only what lies
-well before them; readings without an echo say nothing, for most specular walls give none. Sweeps whose pose has moved
-since, or whose walls are known better now, are drawn anew.
+speaks against it. Readings of class (ii) sharpen their RCD; those of class (iii) count where several agree, and alone
+they are nothing; readings without an echo free nothing, for most specular walls give none, but where a wall would have
+answered they say that there is none. Sweeps whose pose has moved since, or whose walls are known better now, are drawn
+anew.
 """
 
 from collections.abc import Sequence
@@ -94,7 +95,7 @@ def extend_map(
     drawing = _Drawing(before, poses, chains.members, config)
     again = drawing.outdated()
     drawing.draw(again)
-    drawing.add(sight_of(calibrated, reliability, features, every_beam=config.plain_cone), newest)
+    drawing.add(sight_of(calibrated, reliability, features, config.faint_reach_m, every_beam=config.plain_cone), newest)
     drawing.draw(drawing.stirred(newest))
     return drawing.map(), patch_between(before.grid, drawing.grid, list(drawing.touched))
 
@@ -200,7 +201,7 @@ class _Drawing:
         """Sweep number `k`, drawn as everything is known now, among those that are painted already."""
         config, pose, bare = self._config, self._poses[k], self._painted[k]
         sight = bare.sight
-        if len(sight.beams) == 0 and len(sight.bearing) == 0:
+        if not sight.heard:
             return bare  # a sweep without any echo says nothing, not even where the robot stood
         if config.plain_cone:
             return replace(bare, layer=render_cones(sight, pose, config.cell_m))
@@ -227,7 +228,7 @@ class _Drawing:
         gaps = self._gaps(k, own, drawn, near)
         gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
         gaps = gaps.at(~self._missing(gaps.ends, np.union1d(near, [k]), np.concatenate([around, drawn.strokes])))
-        layer = render(sight, pose, own, shapes, gaps, self._curtains(k, own, near), self.grid, config)
+        layer = render(pose, shapes, gaps, self._curtains(k, own, near), self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
 
     def _curtains(self, k: int, own: Pieces, near: Ints) -> Floats:
@@ -268,7 +269,7 @@ class _Drawing:
         seen = [*((j, self._painted[j]) for j in near.tolist()), (k, drawn)]
         rows = np.concatenate([each.spots for _, each in seen])
         numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
-        walls = pieces.at(np.concatenate([each.walls for _, each in seen]))
+        walls = pieces.at(np.concatenate([each.walls[each.shares == 1.0] for _, each in seen]))
         of = np.concatenate([each.spot_of for _, each in seen])
         may = np.append(pieces.nature, OPEN)[of] != WALL
         spots = Spots(rows[may, :2], rows[may, 2:], numbers[may])

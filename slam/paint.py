@@ -8,7 +8,7 @@ from slam.sweep import Ints
 
 
 class Canvas:
-    """A rectangle of cells around what will be painted: free and occupied evidence, and hints too weak to be either."""
+    """A rectangle of cells around what will be painted: free and occupied evidence."""
 
     def __init__(self, left: int, bottom: int, width: int, height: int, cell_m: float) -> None:
         """So many cells from column `left` and row `bottom` of the grid on."""
@@ -16,19 +16,11 @@ class Canvas:
         self.left, self.bottom, self.width, self.height = left, bottom, width, height
         self.free: Cells = np.zeros((height, width), dtype=np.int16)
         self.occupied: Cells = np.zeros((height, width), dtype=np.int16)
-        self.hints: Cells = np.zeros((height, width), dtype=np.int16)
 
     def mark(self, ends: Floats, weights: Ints) -> None:
         """Occupied evidence along segments (n, 4); the strongest weight of a cell counts."""
         cells, number = self.along(ends, 0.25)
         np.maximum.at(self.occupied.reshape(-1), cells, weights[number].astype(np.int16))
-
-    def hint(self, ends: Floats, weight: int) -> None:
-        """A little occupied evidence along segments (n, 4); hints add up, each counting once in a cell."""
-        cells, number = self.along(ends, 0.5)
-        once = np.ones(len(cells), dtype=bool)
-        once[1:] = (cells[1:] != cells[:-1]) | (number[1:] != number[:-1])  # a line does not come back to a cell
-        np.add.at(self.hints.reshape(-1), cells[once], np.int16(weight))
 
     def along(self, ends: Floats, step: float) -> tuple[Ints, Ints]:
         """The cells (k,) under segments (n, 4), looked at every so many cells, and the segments' numbers."""
@@ -48,4 +40,4 @@ class Canvas:
 
     def evidence(self) -> Cells:
         """What to add to the map (height, width): where something stands nothing is free."""
-        return np.where(self.occupied > 0, self.occupied, self.free + self.hints)
+        return np.where(self.occupied > 0, self.occupied, self.free)

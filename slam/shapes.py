@@ -35,6 +35,7 @@ class ShapeConfig:
     in_line_reach_m: float = 1.0
     open_half_m: float = 0.2
     square_deg: float = 5.0
+    beyond_m: float = 5.0  # how far past the ends of what was seen of a wall nothing faint was heard behind it
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Shapes:
     `ends` (n, 4), which are one point for a dot.
 
     `wall` (n,): its number among the sweep's walls if it is drawn as one, else −1. `short` (n,): only the middle of
-    one, because nobody knows yet.
+    one, because nobody knows yet. `faint` (n,): few readings told of it.
     """
 
     foot: Floats
@@ -51,6 +52,7 @@ class Shapes:
     ends: Floats
     wall: Ints
     short: Bools
+    faint: Bools
     support: Ints
 
 
@@ -69,11 +71,31 @@ def shapes_of(sight: Sight, pose: Pose, own: Pieces, around: Floats, told: Float
     askew = ~_square(own.normal[which], told, config) & (own.nature[which] == OPEN)
     ends = _shortened(feet[which], ends, askew, config.open_half_m)
     foot[as_wall], bearing[as_wall] = feet[which], own.line[which, 0]
-    all_ends = np.concatenate([foot, foot], axis=1)
+    sine, cosine = dmath.sincos(bearing)
+    aside = np.stack([-sine * sight.half, cosine * sight.half], axis=1)
+    all_ends = np.concatenate([foot - aside, foot + aside], axis=1)
     all_ends[as_wall] = ends
     wall, short = np.full(len(foot), -1), np.zeros(len(foot), dtype=bool)
     wall[as_wall], short[as_wall] = which, askew
-    return Shapes(foot, bearing, all_ends, wall, short, sight.support)
+    seen = ~(sight.faint & _behind(foot, pose, own, config))
+    return Shapes(
+        foot[seen], bearing[seen], all_ends[seen], wall[seen], short[seen], sight.faint[seen], sight.support[seen]
+    )
+
+
+def _behind(points: Floats, pose: Pose, own: Pieces, config: ShapeConfig) -> Bools:
+    """Which points (n, 2) lie over 10 cm behind one of the sweep's walls, or where it goes on: sound came back by way
+    of it. A sweep sees a short piece of a wall."""
+    nx, ny = own.normal[:, :1], own.normal[:, 1:]
+    before = nx * pose.x + ny * pose.y - own.line[:, 1:]
+    after = nx * points[:, 0] + ny * points[:, 1] - own.line[:, 1:]
+    through = (before < 0.0) & (after > 0.10)
+    part = before / np.where(through, before - after, 1.0)
+    x, y = pose.x + part * (points[:, 0] - pose.x), pose.y + part * (points[:, 1] - pose.y)
+    place = nx * y - ny * x
+    one, other = (nx * own.ends[:, k + 1 : k + 2] - ny * own.ends[:, k : k + 1] for k in (0, 2))
+    low, high = np.minimum(one, other) - config.beyond_m, np.maximum(one, other) + config.beyond_m
+    return np.asarray((through & (low <= place) & (place <= high)).any(axis=0))
 
 
 def feet_of(own: Pieces, pose: Pose) -> tuple[Floats, Floats]:

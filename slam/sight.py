@@ -9,6 +9,7 @@ import numpy as np
 
 from slam import dmath
 from slam.dmath import Floats
+from slam.faint import faint_things
 from slam.features import Features
 from slam.geometry import Bools
 from slam.reliability import ALONE, NEAR_RCD, Reliability
@@ -19,40 +20,36 @@ from slam.sweep import Ints
 
 @dataclass(frozen=True)
 class Sight:
-    """The n things (RCDs) that were seen, nearest first, and k single beams; metres and rad in F.
+    """The n things that were seen, RCDs first, nearest first, then faint things; metres and rad in F.
 
     A thing: `foot` (n, 2) where it was heard, or where the lines of two nearer ones meet if it is taken for their
-    corner; its `bearing` (n,); `support` (n,) how many readings of class (ii) sharpen it; `wall` (n,) its number among
-    the sweep's walls (−1: none of them). `beams` (k, 6): origin x, y, axis, reach, cosine and sine of the axis; whether
-    each `echoed` (k,). Of the beams only those of class (iii) are kept, unless all were asked for; `half_beam` rad is
-    theirs. `unheard` (DIRECTIONS,) says how far away nothing stands square to that direction.
+    corner; its `bearing` (n,); `half` (n,) how wide a faint thing is to either side, `faint` (n,) whether it is one;
+    `support` (n,) how many readings of class (ii) sharpen it; `wall` (n,) its number among the sweep's walls (−1: none
+    of them). `unheard` (DIRECTIONS,) says how far away nothing stands square to that direction, `heard` that there was
+    an echo at all. `beams` (k, 5): origin x, y, axis, reach, half beam of each echo, kept only if asked for.
     """
 
     foot: Floats
     bearing: Floats
+    half: Floats
+    faint: Bools
     support: Ints
     wall: Ints
-    beams: Floats
-    echoed: Bools
-    half_beam: float
     unheard: Floats
+    heard: bool
+    beams: Floats
 
 
-def sight_of(calibrated: Calibrated, reliability: Reliability, features: Features, *, every_beam: bool) -> Sight:
-    """The sweep's sight; nothing if there was no echo at all."""
+def sight_of(
+    calibrated: Calibrated, reliability: Reliability, features: Features, reach_m: float, *, every_beam: bool
+) -> Sight:
+    """The sweep's sight, faint things no farther away than that; nothing if there was no echo at all."""
     beams = calibrated.beams
-    echo, none = beams.echo, np.zeros(0, dtype=np.int64)
+    echo, none = beams.echo, np.zeros(0)
     if not bool(echo.any()):
-        return Sight(
-            np.zeros((0, 2)),
-            np.zeros(0),
-            none,
-            none,
-            np.zeros((0, 6)),
-            np.zeros(0, dtype=bool),
-            beams.half_beam,
-            np.zeros(DIRECTIONS),
-        )
+        whole = np.zeros(0, dtype=np.int64)
+        return Sight(np.zeros((0, 2)), none, none, np.zeros(0, dtype=bool), whole, whole,
+                     np.zeros(DIRECTIONS), False, np.zeros((0, 5)))  # fmt: skip
     rcds = reliability.rcds
     bearing, distance = np.array([rcd.bearing for rcd in rcds]), np.array([rcd.distance for rcd in rcds])
     sine, cosine = dmath.sincos(bearing)
@@ -62,10 +59,22 @@ def sight_of(calibrated: Calibrated, reliability: Reliability, features: Feature
     wall = np.full(len(rcds), -1, dtype=np.int64)
     wall[[each.rcd for each in features.walls]] = np.arange(len(features.walls))
     near = reliability.rcd_of[reliability.reading_class == NEAR_RCD]
-    kept = np.ones(len(echo), dtype=bool) if every_beam else echo & (reliability.reading_class == ALONE)
-    sine, cosine = dmath.sincos(beams.axis[kept])
-    rows = [beams.origin[kept], *(each[:, None] for each in (beams.axis[kept], beams.distance[kept], cosine, sine))]
     support = np.bincount(near, minlength=len(rcds)).astype(np.int64)
+    faint = faint_things(beams, echo & (reliability.reading_class == ALONE), reach_m)
+    more = len(faint.bearing)
+    kept = echo if every_beam else np.zeros(len(echo), dtype=bool)
+    rows = (
+        beams.origin,
+        *(each[:, None] for each in (beams.axis, beams.distance, np.full(len(echo), beams.half_beam))),
+    )
     return Sight(
-        foot, bearing, support, wall, np.concatenate(rows, axis=1), echo[kept], beams.half_beam, unheard(beams)
+        foot=np.concatenate([foot, faint.foot]),
+        bearing=np.concatenate([bearing, faint.bearing]),
+        half=np.concatenate([np.zeros(len(rcds)), faint.half]),
+        faint=np.arange(len(rcds) + more) >= len(rcds),
+        support=np.concatenate([support, np.zeros(more, dtype=np.int64)]),
+        wall=np.concatenate([wall, np.full(more, -1)]),
+        unheard=unheard(beams),
+        heard=True,
+        beams=np.concatenate(rows, axis=1)[kept],
     )

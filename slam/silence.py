@@ -57,9 +57,10 @@ def directions_of(angle: Floats) -> Ints:
 def missing(
     gaps: Floats, stations: Floats, profiles: Floats, inside_m: float = 0.05, short_m: float = 0.15
 ) -> tuple[Ints, Ints, Floats]:
-    """Where a wall in one of the gaps (g, 4) would have been heard from a station (s, 3), which had that profile
+    """Where a wall in one of the gaps (g, 4) would have been heard from one of the stations (s, 3), and was not.
 
-    (s, DIRECTIONS): the numbers (k,) of the gaps and of the stations, and the ways (k, 4) up to just before the wall.
+    `profiles` (s, DIRECTIONS) are the stations' own. Returns the numbers (k,) of such gaps and of the stations, and the
+    ways (k, 4) of sound, from there to just before the wall.
     """
     dx, dy = gaps[:, 2] - gaps[:, 0], gaps[:, 3] - gaps[:, 1]
     length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)

@@ -162,7 +162,7 @@ def test_gaps_of_a_chain_are_those_to_its_nearest_neighbours() -> None:
     [
         (spot(2.0, 1.02, 40.0), True),
         (spot(2.0, 1.15, 40.0), False),  # beside the line
-        (spot(3.5, 1.0, 40.0), False),  # too far
+        (spot(4.2, 1.0, 40.0), False),  # too far
         (spot(2.0, 1.0, 88.0), False),  # a piece of the wall itself
         (spot(0.5, 1.0, 40.0), False),  # before the wall, not at its end
     ],
