@@ -64,7 +64,7 @@ def render(
 
     What the grid shows of walls stops fans, and so do the sweep's own.
     """
-    disc = disc_around(pose.x, pose.y, _points(shapes, gaps, curtains), config.cell_m)
+    disc = disc_around(pose.x, pose.y, _points(pose, shapes, gaps, curtains), config.cell_m)
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
     known = grid.window(disc.left, disc.bottom, width, height)
@@ -83,9 +83,10 @@ def render(
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
 
 
-def _points(shapes: Shapes, gaps: Gaps, curtains: Floats) -> Floats:
+def _points(pose: Pose, shapes: Shapes, gaps: Gaps, curtains: Floats) -> Floats:
     """Points (n, 2) between which everything is painted."""
-    return np.concatenate([shapes.ends, gaps.ends, curtains]).reshape(-1, 2)
+    rows = np.concatenate([shapes.ends, gaps.ends, curtains]).reshape(-1, 2)
+    return np.concatenate([np.array([[pose.x, pose.y]]), rows])
 
 
 def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:

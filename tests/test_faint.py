@@ -1,11 +1,17 @@
 """Faint things: what readings of class (iii) agree on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from slam import pipeline
+from slam.algorithms import algorithm
 from slam.arcs import Beams
 from slam.dmath import DEGREE
 from slam.faint import HALF_M, LEAST, faint_things
+from slam.geometry import Pose
+from tests.synthetic import RING, scan
 
 
 def beams(*readings: tuple[float, float]) -> Beams:
@@ -47,3 +53,13 @@ def test_it_is_where_the_middle_of_the_bearings_says() -> None:
 def test_nothing_is_heard_in_no_readings() -> None:
     some = beams((0.0, 1.0))
     assert faint_things(some, np.zeros(1, dtype=bool), 3.0).foot.shape == (0, 2)
+
+
+def test_where_only_lone_readings_came_back_the_robot_still_stands() -> None:
+    sweep = scan([], Pose(0.0, 0.0, 0.0))
+    range_mm = sweep.range_mm.copy()
+    range_mm[100] = 1500
+    (step,) = pipeline.run([replace(sweep, range_mm=range_mm)], RING, algorithm("paper"))
+    cells, _, _ = step.state.grid.dense()
+    assert step.state.grid.free(cells).any()
+    assert not step.state.grid.occupied(cells).any()
