@@ -133,30 +133,26 @@ def _runs(tracks: _Tracks, config: ArcConfig) -> list[tuple[int, list[int]]]:
     """For each reading the longest run that starts with it, if it is an arc; with the number of its sonar's block.
 
     A run takes the next reading in if all its distances, with the lever arm taken out, then lie within the spread.
-    All runs grow at once; what can be told of a start and a later reading alone is told beforehand.
+    All runs grow at once: each as if it took in whatever it may, up to the first reading that does not fit; that one is
+    a miss, and from there on the run grows again.
     """
     places = np.arange(len(tracks.index))
     block = np.searchsorted(tracks.begin, places, side="right") - 1
     start = np.flatnonzero(tracks.echo & (places < (tracks.begin + tracks.circle)[block]))
-    start, may = _hopeful(start, block, tracks, config)
-    member = np.zeros(may.shape, dtype=bool)
-    member[:, 0] = True
-    count, low, high = np.ones(len(start), dtype=np.int64), tracks.distance[start], tracks.distance[start].copy()
-    for ahead, (starts, distances) in enumerate(_pairs(start, may, tracks), 1):
-        going = ahead - count[starts] <= config.max_misses  # so many places were misses
-        of, levels = starts[going], distances[going]
-        grown = member[of, : ahead + 1]
-        grown[:, ahead] = True
-        there = tracks.distance[start[of] + ahead]
-        lower, higher = np.minimum(low[of], there), np.maximum(high[of], there)
-        grows = (higher - lower <= _bridged(config)) & _keep_one(levels, grown, count[of] + 1, config)
-        chosen = of[grows]
-        low[chosen], high[chosen] = lower[grows], higher[grows]
-        count[chosen] += 1
-        member[chosen, ahead] = True
-    last = start + may.shape[1] - 1 - np.argmax(member[:, ::-1], axis=1)
+    start, member = _hopeful(start, block, tracks, config)
+    pairs = _Pairs.of_starts(start, member, tracks)
+    while len(pairs.of):
+        wrong = ~_fit(pairs, member, config)
+        first = np.full(len(start), member.shape[1])
+        np.minimum.at(first, pairs.of[wrong], pairs.ahead[wrong])
+        missed = np.flatnonzero(first < member.shape[1])
+        member[missed, first[missed]] = False
+        member[missed] &= np.cumsum(~member[missed], axis=1) <= config.max_misses
+        again = (pairs.ahead > first[pairs.of]) & member[pairs.of, pairs.ahead]
+        pairs = pairs.at(np.flatnonzero(again))
+    last = start + member.shape[1] - 1 - np.argmax(member[:, ::-1], axis=1)
     wide = tracks.axis[last] - tracks.axis[start] >= config.min_width_deg * DEGREE
-    arcs = np.flatnonzero(wide & (count >= config.min_readings))
+    arcs = np.flatnonzero(wide & (np.count_nonzero(member, axis=1) >= config.min_readings))
     rows, ahead_of = np.nonzero(member[arcs])
     members = (start[arcs][rows] + ahead_of).tolist()
     borders = np.searchsorted(rows, np.arange(len(arcs) + 1)).tolist()
@@ -189,23 +185,46 @@ def _hopeful(start: Ints, block: Ints, tracks: _Tracks, config: ArcConfig) -> tu
     return start[hopeful], may[hopeful, : int(farthest[hopeful].max(initial=0)) + 1]
 
 
-def _pairs(start: Ints, may: Bools, tracks: _Tracks) -> list[tuple[Ints, Floats]]:
-    """For one, two, … places ahead the starts (numbers) whose run may grow to there, and the distances then.
+@dataclass(frozen=True)
+class _Pairs:
+    """Starts (p,) and places ahead (p,) that their runs may grow to.
 
-    (k, places) metres: of every reading from the start to there with the lever arm of the two's middle taken out.
+    Of the readings from the start on (p, places) the `ranges` m as measured, and the `levels`: with the lever arm of
+    the middle of the two taken out.
     """
-    ahead, of = np.nonzero(may.T)
-    sine, cosine = dmath.sincos(0.5 * (tracks.axis[start[of]] + tracks.axis[start[of] + ahead]))
-    place = np.minimum(start[of][:, None] + np.arange(may.shape[1]), len(tracks.axis) - 1)
-    levels = tracks.distance[place] + (tracks.x[place] * cosine[:, None] + tracks.y[place] * sine[:, None])
-    borders = np.searchsorted(ahead, np.arange(1, may.shape[1] + 1)).tolist()
-    return [(of[i:j], levels[i:j, : k + 1]) for k, (i, j) in enumerate(pairwise(borders), 1)]
+
+    of: Ints
+    ahead: Ints
+    levels: Floats
+    ranges: Floats
+
+    @classmethod
+    def of_starts(cls, start: Ints, may: Bools, tracks: _Tracks) -> "_Pairs":
+        """All that may be (k, places)."""
+        of, ahead = np.nonzero(may)
+        of, ahead = of[ahead > 0], ahead[ahead > 0]
+        sine, cosine = dmath.sincos(0.5 * (tracks.axis[start[of]] + tracks.axis[start[of] + ahead]))
+        place = np.minimum(start[of][:, None] + np.arange(may.shape[1]), len(tracks.axis) - 1)
+        ranges = tracks.distance[place]
+        lever = tracks.x[place] * cosine[:, None] + tracks.y[place] * sine[:, None]
+        return cls(of, ahead, ranges + lever, ranges)
+
+    def at(self, chosen: Ints) -> "_Pairs":
+        """Those of these numbers."""
+        return _Pairs(self.of[chosen], self.ahead[chosen], self.levels[chosen], self.ranges[chosen])
 
 
-def _keep_one(levels: Floats, member: Bools, count: Ints, config: ArcConfig) -> Bools:
-    """Whether the members' distances (k, n), `count` (k,) of them, all lie within the spread of their mean."""
-    mean = np.cumsum(np.where(member, levels, 0.0), axis=1)[:, -1] / count
-    return np.asarray(((np.abs(levels - mean[:, None]) <= config.spread_m) | ~member).all(axis=1))
+def _fit(pairs: _Pairs, member: Bools, config: ArcConfig) -> Bools:
+    """Whether all distances of each run, from its start to the place ahead, lie within the spread of their mean.
+
+    And whether a lever arm can make one distance of the ranges at all.
+    """
+    inside = member[pairs.of] & (np.arange(member.shape[1]) <= pairs.ahead[:, None])
+    sums = np.cumsum(np.where(inside, pairs.levels, 0.0), axis=1)[:, -1]
+    mean = sums / np.count_nonzero(inside, axis=1)
+    one = ((np.abs(pairs.levels - mean[:, None]) <= config.spread_m) | ~inside).all(axis=1)
+    low, high = np.where(inside, pairs.ranges, np.inf).min(axis=1), np.where(inside, pairs.ranges, 0.0).max(axis=1)
+    return np.asarray(one & (high - low <= _bridged(config)))
 
 
 def _longest(runs: list[list[int]], begin: int, circle: int) -> list[list[int]]:
