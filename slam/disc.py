@@ -17,7 +17,7 @@ from slam.sweep import Ints
 BINS = 720
 """Directions of a profile: half a degree each, the first just after −π."""
 
-_STEP = 2.0 * PI / BINS
+STEP_RAD = 2.0 * PI / BINS
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ def _table(radius: int, cell_m: float) -> tuple[Ints, Floats]:
 
 def bins_of(angle: Floats) -> Ints:
     """The bins of angles in rad."""
-    return np.asarray(np.floor((angle + PI) / _STEP).astype(np.int64) % BINS)
+    return np.asarray(np.floor((angle + PI) / STEP_RAD).astype(np.int64) % BINS)
 
 
 def angles_of(bins: Ints) -> Floats:
     """The middle of each bin, rad."""
-    return (bins.astype(np.float64) + 0.5) * _STEP - PI
+    return (bins.astype(np.float64) + 0.5) * STEP_RAD - PI
 
 
 RAYS: tuple[Floats, Floats] = dmath.sincos(angles_of(np.arange(BINS)))
@@ -77,7 +77,7 @@ RAYS: tuple[Floats, Floats] = dmath.sincos(angles_of(np.arange(BINS)))
 
 def bins_about(angles: Floats, half: float) -> Ints:
     """For each of the angles (n,) the bins (n, m) not farther from it than half an angle."""
-    count = int(half / _STEP)
+    count = int(half / STEP_RAD)
     return np.asarray((bins_of(angles)[:, None] + np.arange(-count, count + 1)) % BINS)
 
 

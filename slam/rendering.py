@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam import dmath
-from slam.disc import BINS, Disc, bins_about, depths, disc_around
+from slam.disc import BINS, STEP_RAD, Disc, bins_about, depths, disc_around
 from slam.dmath import DEGREE, Floats
 from slam.evidence import Layer, cropped
 from slam.geometry import Bools, Pose
@@ -94,6 +94,9 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
     stops = np.full(BINS, np.inf)
     np.minimum.at(stops, disc.bins[solid], disc.ranges[solid])
     wide = np.minimum(np.minimum(stops, np.roll(stops, 1)), np.roll(stops, -1))
+    for k in range(2, 9):  # a cell is wider than a bin where it is near
+        near = np.where(stops < 0.7 * config.cell_m / (k * STEP_RAD), stops, np.inf)
+        wide = np.minimum(np.minimum(wide, np.roll(near, k)), np.roll(near, -k))
     return np.asarray(np.maximum(wide - 1.5 * config.cell_m, config.body_radius_m))
 
 
