@@ -10,7 +10,6 @@ Errors, checked against exact values in the tests, for finite arguments: sin, co
 """
 
 from collections.abc import Iterable
-from math import sqrt as _root
 from typing import TypeVar, overload
 
 import numpy as np
@@ -175,7 +174,7 @@ def sqrt(x: Number) -> Number:
     """Square root; IEEE 754 rounds it correctly everywhere."""
     if isinstance(x, np.ndarray):
         return np.sqrt(x)
-    return _root(x)
+    return float(np.sqrt(x))
 
 
 def exp(x: Number) -> Number:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam import dmath
-from slam.arcs import Arc, ArcConfig, Beams, cluster, find_arcs
+from slam.arcs import Arc, ArcConfig, Beams, find_arcs
+from slam.clusters import cluster
 from slam.dmath import DEGREE, Floats
 from slam.driving import DrivingConfig, find_stretches
 from slam.geometry import wrap

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slam import dmath
-from slam.arcs import Arc, ArcConfig, Beams, cluster, find_arcs
+from slam.arcs import Arc, ArcConfig, Beams, find_arcs
+from slam.clusters import cluster
 from slam.dmath import DEGREE, PI, Floats
 from slam.geometry import ORIGIN, Pose, wrap
 from slam.linear import solve_spd
