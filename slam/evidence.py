@@ -33,7 +33,7 @@ def cropped(left: int, bottom: int, delta: NDArray[np.signedinteger]) -> Layer:
     if len(rows) == 0:
         return NOTHING
     j0, j1, i0, i1 = int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
-    kept = np.clip(delta[j0:j1, i0:i1], -LIMIT, LIMIT).astype(np.int8)
+    kept = np.minimum(np.maximum(delta[j0:j1, i0:i1], -LIMIT), LIMIT).astype(np.int8)
     kept.setflags(write=False)
     return Layer(left + i0, bottom + j0, kept)
 
@@ -64,7 +64,7 @@ class Evidence:
         """The grid that showed all but those tiles as they are, showing these too."""
         tiles = dict(grid.tiles)
         for place in changed:
-            tiles[place] = np.clip(self.tiles[place], -LIMIT, LIMIT).astype(np.int16)
+            tiles[place] = np.minimum(np.maximum(self.tiles[place], -LIMIT), LIMIT).astype(np.int16)
             tiles[place].setflags(write=False)
         return Grid(grid.cell_m, grid.occupied_from, grid.free_from, tiles)
 

@@ -29,6 +29,9 @@ POINT_DEG = 7.0
 HALF_M = 0.06
 """Nothing is narrower, as far as a sonar can tell."""
 
+GONE = -(1 << 30)
+"""The count of a reading that belongs to a thing already."""
+
 
 @dataclass(frozen=True)
 class Faint:
@@ -52,7 +55,7 @@ def faint_things(beams: Beams, kept: Bools, reach_m: float) -> Faint:
     counts = np.count_nonzero(agree, axis=1)
     found = []
     while len(counts) and counts[middle := int(counts.argmax())] + 1 >= LEAST:
-        members = np.flatnonzero(agree[middle])
+        members = np.flatnonzero(agree[middle] & (counts >= 0))
         members = np.append(members, middle)
         off = np.asarray(wrap(axis[members] - axis[middle]))
         count = float(len(members))
@@ -62,9 +65,7 @@ def faint_things(beams: Beams, kept: Bools, reach_m: float) -> Faint:
             (float(off.max()) - float(off.min())) / 2.0,
         ))  # fmt: skip
         counts -= np.count_nonzero(agree[members], axis=0)
-        counts[members] = 0
-        agree[members] = False
-        agree[:, members] = False
+        counts[members] = GONE
     rows = np.array(found).reshape(-1, 3)
     sine, cosine = dmath.sincos(rows[:, 0])
     wide_sine, wide_cosine = dmath.sincos(np.maximum(rows[:, 2] - POINT_DEG * DEGREE, 0.0))
@@ -80,6 +81,8 @@ def _agreement(axis: Floats, distance: Floats) -> Bools:
     one = np.repeat(at, count)
     other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
     close = np.abs(wrap(axis[one] - axis[other])) <= WITHIN_DEG * DEGREE
+    one, other = one[close], other[close]
     agree = np.zeros((len(axis), len(axis)), dtype=bool)
-    agree[one[close], other[close]] = True
-    return agree | agree.T
+    agree[one, other] = True
+    agree[other, one] = True
+    return agree

@@ -46,6 +46,10 @@ class Spots:
     normal: Floats
     sweep: Ints
 
+    def at(self, rows: Bools) -> "Spots":
+        """Some of them."""
+        return Spots(self.point[rows], self.normal[rows], self.sweep[rows])
+
 
 @dataclass(frozen=True)
 class EndConfig:
@@ -117,7 +121,7 @@ def end_gaps(walls: Pieces, spots: Spots, sweep: int, config: EndConfig, weight:
     """
     mine = spots.sweep == sweep
     # A wall of another sweep matters only if one of this sweep's spots may be its end.
-    rows = np.flatnonzero((walls.sweep == sweep) | _in_line(walls, spots, config)[:, mine].any(axis=1))
+    rows = np.flatnonzero((walls.sweep == sweep) | _in_line(walls, spots.at(mine), config).any(axis=1))
     some = walls.at(rows)
     found = _in_line(some, spots, config)
     place = some.normal[:, :1] * spots.point[:, 1] - some.normal[:, 1:] * spots.point[:, 0]

@@ -209,8 +209,10 @@ class _Drawing:
         near = self._near(k)
         others = [self._painted[j] for j in near.tolist()]
         around = np.concatenate([np.zeros((0, 4)), *(old.strokes for old in others)])
-        walls = self._pieces.at(self._pieces.of_sweeps(np.union1d(near, [k])))
-        shapes = shapes_of(sight, pose, own, around, walls.normal[walls.nature == WALL], config.shapes)
+        with_own = np.sort(np.append(near, k))
+        rows = self._pieces.of_sweeps(with_own)
+        told = self._pieces.normal[rows[self._pieces.nature[rows] == WALL]]
+        shapes = shapes_of(sight, pose, own, around, told, config.shapes)
         wall = shapes.wall >= 0
         first = self._pieces.of_sweep(k).start
         stations = np.repeat(np.array([[pose.x, pose.y]]), len(wall), axis=0)
@@ -225,18 +227,19 @@ class _Drawing:
             spot_of=np.where(wall, first + shapes.wall, -1),
         )
         paths = np.concatenate([drawn.paths, self._driven(near), *(old.paths for old in others)])
-        gaps = self._gaps(k, own, drawn, near)
+        mine, older = own.at(np.flatnonzero(own.nature != POINT)), self._walls_of(near[near < k])
+        links = chain_gaps(mine, older, config.link_gap_m, config.link)
+        gaps = links.joined(self._ends(k, drawn, near)) if config.end else links
         gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
-        gaps = gaps.at(~self._missing(gaps.ends, np.union1d(near, [k]), np.concatenate([around, drawn.strokes])))
-        layer = render(pose, shapes, gaps, self._curtains(k, own, near), self.grid, config)
+        gaps = gaps.at(~self._missing(gaps.ends, with_own, np.concatenate([around, drawn.strokes])))
+        sides = curtains(mine, older, self._places[older.sweep, :2], (pose.x, pose.y), config.link_gap_m)
+        layer = render(pose, shapes, gaps, sides, self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
 
-    def _curtains(self, k: int, own: Pieces, near: Ints) -> Floats:
-        """How far it is free (c, 4) between this station and those before that saw the same walls."""
-        x, y = self._places[k, :2].tolist()
-        before = self._pieces.at(self._pieces.of_sweeps(near[near < k]))
-        walls, older = (each.at(np.flatnonzero(each.nature != POINT)) for each in (own, before))
-        return curtains(walls, older, self._places[older.sweep, :2], (x, y), self._config.link_gap_m)
+    def _walls_of(self, sweeps: Ints) -> Pieces:
+        """What sweeps saw that may be walls."""
+        rows = self._pieces.of_sweeps(sweeps)
+        return self._pieces.at(rows[self._pieces.nature[rows] != POINT])
 
     def _missing(self, gaps: Floats, stations: Ints, strokes: Floats) -> Bools:
         """In which of the gaps (g, 4) a wall would have been heard from one of the stations, and was not.
@@ -244,9 +247,12 @@ class _Drawing:
         A known wall in the way mirrors sound elsewhere: behind it silence says nothing.
         """
         none = np.zeros(len(gaps), dtype=bool)
-        profiles = np.stack([self._painted[j].sight.unheard for j in stations.tolist()])
-        gap, _, ways = missing(gaps, self._places[stations], profiles)
-        none[gap[~heard_through(ways, strokes, 0.0)]] = True
+        if len(gaps) == 0:
+            return none
+        profiles = np.concatenate([self._painted[j].sight.unheard for j in stations.tolist()])
+        gap, _, ways = missing(gaps, self._places[stations], profiles.reshape(len(stations), -1))
+        if len(gap):
+            none[gap[~heard_through(ways, strokes, 0.0)]] = True
         return none
 
     def _driven(self, near: Ints) -> Floats:
@@ -256,16 +262,9 @@ class _Drawing:
         dx, dy = ways[:, 2] - ways[:, 0], ways[:, 3] - ways[:, 1]
         return np.asarray(ways[dx * dx + dy * dy <= STEP_M * STEP_M])
 
-    def _gaps(self, k: int, own: Pieces, drawn: Painted, near: Ints) -> Gaps:
-        """Gaps in chains, and between walls and the corners that they end in."""
+    def _ends(self, k: int, drawn: Painted, near: Ints) -> Gaps:
+        """The gaps between walls and the corners that they end in."""
         config, pieces = self._config, self._pieces
-        before = pieces.at(pieces.of_sweeps(near[near < k]))
-        links = chain_gaps(
-            own.at(np.flatnonzero(own.nature != POINT)),
-            before.at(np.flatnonzero(before.nature != POINT)),
-            config.link_gap_m,
-            config.link,
-        )
         seen = [*((j, self._painted[j]) for j in near.tolist()), (k, drawn)]
         rows = np.concatenate([each.spots for _, each in seen])
         numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
@@ -273,7 +272,7 @@ class _Drawing:
         of = np.concatenate([each.spot_of for _, each in seen])
         may = np.append(pieces.nature, OPEN)[of] != WALL
         spots = Spots(rows[may, :2], rows[may, 2:], numbers[may])
-        return links.joined(end_gaps(walls, spots, k, config.ends, config.end)) if config.end else links
+        return end_gaps(walls, spots, k, config.ends, config.end)
 
 
 def _stacked(parts: list[Floats]) -> tuple[Floats, Ints]:

@@ -52,6 +52,10 @@ class MapConfig:
     ends: EndConfig = field(default_factory=EndConfig)
 
 
+WIDEST = 8
+"""A cell covers at most so many bins to either side: nearer ones lie under the robot."""
+
+
 def render(
     pose: Pose,
     shapes: Shapes,
@@ -93,10 +97,13 @@ def _stops(disc: Disc, solid: Bools, config: MapConfig) -> Floats:
     """How far it is to the nearest known wall in each direction (BINS,), less a cell and a half."""
     stops = np.full(BINS, np.inf)
     np.minimum.at(stops, disc.bins[solid], disc.ranges[solid])
-    wide = np.minimum(np.minimum(stops, np.roll(stops, 1)), np.roll(stops, -1))
-    for k in range(2, 9):  # a cell is wider than a bin where it is near
-        near = np.where(stops < 0.7 * config.cell_m / (k * STEP_RAD), stops, np.inf)
-        wide = np.minimum(np.minimum(wide, np.roll(near, k)), np.roll(near, -k))
+    # A cell is wider than a bin where it is near: it stops the directions beside its middle, too.
+    round_ = np.concatenate([stops[-WIDEST:], stops, stops[:WIDEST]])
+    wide = np.minimum(np.minimum(stops, round_[WIDEST - 1 : -WIDEST - 1]), round_[WIDEST + 1 : BINS + WIDEST + 1])
+    for k in range(2, WIDEST + 1):
+        near = np.where(round_ < 0.7 * config.cell_m / (k * STEP_RAD), round_, np.inf)
+        left, right = near[WIDEST - k : BINS + WIDEST - k], near[WIDEST + k : BINS + WIDEST + k]
+        np.minimum(wide, np.minimum(left, right), out=wide)
     return np.asarray(np.maximum(wide - 1.5 * config.cell_m, config.body_radius_m))
 
 
@@ -104,14 +111,18 @@ def _profiles(pose: Pose, shapes: Shapes, gaps: Gaps, curtains: Floats, config: 
     """How far it is free in each direction (BINS,): to a cell and a half before what was seen; before gaps, and as far
     as the curtains."""
     wall = shapes.wall >= 0
-    drawn, filled = (depths(ends, pose.x, pose.y).max(axis=0, initial=0.0) for ends in (shapes.ends[wall], gaps.ends))
+    parts = (shapes.ends[wall], gaps.ends, curtains)
+    far_to = depths(np.concatenate(parts), pose.x, pose.y)
+    begin, end = len(parts[0]), len(parts[0]) + len(parts[1])
+    drawn, filled, open_to = (
+        some.max(axis=0, initial=0.0) for some in (far_to[:begin], far_to[begin:end], far_to[end:])
+    )
     dots = shapes.foot[~wall] - (pose.x, pose.y)
     far = np.sqrt(dots[:, 0] * dots[:, 0] + dots[:, 1] * dots[:, 1])
     around = bins_about(dmath.atan2(dots[:, 1], dots[:, 0]), config.core_deg * DEGREE)
     np.maximum.at(drawn, around, far[:, None])
     # From the other side a curtain's own station sees as far: the two meet.
-    open_to = depths(curtains, pose.x, pose.y).max(axis=0, initial=0.0) + config.cell_m
-    between = np.maximum(filled - 1.5 * config.cell_m, np.where(open_to > config.cell_m, open_to, 0.0))
+    between = np.maximum(filled - 1.5 * config.cell_m, np.where(open_to > 0.0, open_to + config.cell_m, 0.0))
     return drawn - 1.5 * config.cell_m, between
 
 

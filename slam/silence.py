@@ -43,7 +43,10 @@ def unheard(beams: Beams) -> Floats:
     cells = directions_of(beams.axis[kept]) * (STEPS + 1) + steps
     counts = np.bincount(cells, minlength=DIRECTIONS * (STEPS + 1)).reshape(DIRECTIONS, STEPS + 1)
     near = np.cumsum(counts, axis=1)
-    near = np.stack([np.roll(near, k, axis=0) for k in range(-WINDOW, WINDOW + 1)]).cumsum(axis=0)[-1]
+    round_ = np.concatenate([near[-WINDOW:], near, near[:WINDOW]])
+    near = round_[:DIRECTIONS].copy()
+    for k in range(1, 2 * WINDOW + 1):
+        near += round_[k : DIRECTIONS + k]
     total = near[:, -1]
     first = (near * SHARE >= total[:, None]).argmax(axis=1)
     return np.where(total >= LEAST, first.astype(np.float64) * STEP_M, 0.0)
@@ -70,6 +73,8 @@ def missing(
     far = np.abs(off)
     may = (place > inside_m) & (place < length[:, None] - inside_m) & (far < STEPS * STEP_M - short_m) & (far > short_m)
     gap, station = np.nonzero(may)
+    if len(gap) == 0:
+        return gap, station, np.zeros((0, 4))
     side = np.where(off[gap, station] > 0.0, 1.0, -1.0)
     nx, ny = uy[gap] * side, -ux[gap] * side
     towards = directions_of(dmath.atan2(ny, nx) - stations[station, 2])
