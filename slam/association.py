@@ -134,17 +134,19 @@ def associate(
 def _best(k: int, wall: Segment, chains: Chains, config: AssociationConfig) -> Link | None:
     if not chains.members:
         return None
-    alpha, rho, ends = chains.table[:, 0], chains.table[:, 1], chains.table[:, 2:6].reshape(-1, 2, 2)
+    a1 = np.abs(wrap(wall.alpha - chains.table[:, 0]))
+    alike = np.flatnonzero(a1 <= config.a1_deg * DEGREE)  # of a long log's members most look another way
+    rows = chains.table[alike]
+    alpha, rho, ends = rows[:, 0], rows[:, 1], rows[:, 2:6].reshape(-1, 2, 2)
     d1 = mean_distance(wall, alpha, rho)
-    a1 = np.abs(wrap(wall.alpha - alpha))
     gap = np.where(overlapping(wall, alpha, ends), 0.0, end_gap(wall, ends))
-    good = (d1 <= config.d1_m) & (a1 <= config.a1_deg * DEGREE) & (gap <= config.d2_m)
+    good = (d1 <= config.d1_m) & (gap <= config.d2_m)
     if not bool(good.any()):
         return None
-    chain = chains.table[:, 6]
-    candidates = np.flatnonzero(good & (d1 == d1[good].min()))
-    best = int(min(candidates.tolist(), key=lambda m: (int(chain[m]), m)))
-    return Link(k, int(chain[best]), best, float(d1[best]), float(a1[best]), float(gap[best]))
+    nearest = np.flatnonzero(good & (d1 == d1[good].min())).tolist()
+    best = min(nearest, key=lambda m: (int(rows[m, 6]), m))
+    member = int(alike[best])
+    return Link(k, int(rows[best, 6]), member, float(d1[best]), float(a1[member]), float(gap[best]))
 
 
 def _told(
@@ -175,16 +177,18 @@ def nature_of(
     foot = _foot(wall, here)
     distance = dmath.hypot(foot[0] - here.x, foot[1] - here.y)
     enough = max(config.parallax_m, config.parallax_of_distance * distance)
-    nature, least = OPEN, 0.0
-    for member in members:
-        station = poses[member.sweep]
-        sine, cosine = dmath.sincos(member.segment.alpha)
-        moved = cosine * (here.y - station.y) - sine * (here.x - station.x)
-        if abs(moved) >= enough and (nature == OPEN or abs(moved) < least):
-            was = _foot(member.segment, station)
-            followed = cosine * (foot[1] - was[1]) - sine * (foot[0] - was[0])
-            nature, least = WALL if abs(followed - moved) < 0.5 * abs(moved) else POINT, abs(moved)
-    return nature
+    alpha = np.array([member.segment.alpha for member in members])
+    x, y = (np.array([getattr(poses[member.sweep], name) for member in members]) for name in ("x", "y"))
+    sine, cosine = dmath.sincos(alpha)
+    moved = cosine * (here.y - y) - sine * (here.x - x)
+    far = np.flatnonzero(np.abs(moved) >= enough)
+    if not len(far):
+        return OPEN
+    best = int(far[np.argmin(np.abs(moved[far]))])
+    was = _foot(members[best].segment, poses[members[best].sweep])
+    followed = float(cosine[best]) * (foot[1] - was[1]) - float(sine[best]) * (foot[0] - was[0])
+    along = float(moved[best])
+    return WALL if abs(followed - along) < 0.5 * abs(along) else POINT
 
 
 def _foot(wall: Segment, station: Pose) -> tuple[float, float]:
