@@ -20,6 +20,7 @@ from sonarlog.surroundings import Echoes, Floats, Place, Wall, place, points_of,
 SAY_AGAIN_NS = 500_000_000  # commands are never acknowledged
 OVERLAP_DEG = 6.0  # more than a full circle, so that it closes even where odometry turns too fast
 SCANS_KEPT = 4
+AGAIN = 5  # so often a sweep is begun anew
 SCAN_VALID_M = 1.0  # walls seen by a scan further back than this are not relied on
 
 
@@ -127,9 +128,13 @@ class Mover(ABC):
     def _drive(self) -> Script:
         """Everything there is to do, motion after motion."""
 
+    def _enough(self) -> bool:
+        """Whether to stop, be it on the way; a subclass may have reasons."""
+        return False
+
     def _scan(self, way: int) -> Moves:
         """A full circle, left (1) or right (-1), and back to where the robot looked; True if it does not turn."""
-        while True:
+        for again in range(AGAIN, -1, -1):
             self._anew, begin = False, self._here
             self._event("info", f"sweep {self.sweeps} begins, turning {'left' if way > 0 else 'right'}")
             readings: list[Reading] = []
@@ -139,6 +144,9 @@ class Mover(ABC):
             self._scan_readings = None
             if not self._anew:
                 break
+            if self._enough() or not again:
+                self._event("error", f"sweep {self.sweeps} is given up: odometry began anew in it")
+                return True
             self._event("warn", f"sweep {self.sweeps} is done again: odometry began anew in it")
         turned = abs(self._here.heading_deg - begin.heading_deg)
         self._walls, self._scanned_at = walls_of(readings, self._robot), self._here

@@ -1,7 +1,6 @@
-"""A robot that explores a chamber: how it ends, what it records, how a replay decides, and what may disturb it."""
+"""A robot that explores a chamber: how it ends, what it records, and how a replay decides."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,52 +11,27 @@ from cli.main import run
 from slam.algorithms import algorithm
 from slam.geometry import Pose
 from slam.intent import PATIENCE, Intent
-from sonarlog.connection import Again
 from sonarlog.decode import WireDecoder
 from sonarlog.exploring.coverage import mapped_share, reach_of, short_tour_m
-from sonarlog.exploring.explorer import VAIN, Explorer, Limits
-from sonarlog.exploring.follower import SECOND
+from sonarlog.exploring.explorer import Explorer
 from sonarlog.exploring.live_sweeps import LiveSweeps
 from sonarlog.log import Log
-from sonarlog.plan import Plan
-from sonarlog.protocol.commands import Command, encode_command
-from sonarlog.protocol.packets import STOP_BUTTON, Packet, Reset, Sip
-from sonarlog.recorder import Recorder, RouteHalted
-from sonarlog.recording import RecordingWriter, open_recording, read_log
+from sonarlog.recording import open_recording
 from sonarlog.recording.reader import read_wire
 from sonarlog.replay import replay, replay_sweeps, sweeps_of, true_pose
 from sonarlog.sim.link import open_sim
-from sonarlog.sim.physics import Acoustics, Physics
-from sonarlog.sim.world import Pole, World, load_world
+from sonarlog.sim.world import load_world
 from sonarlog.sweeps import cut
-from sonarlog.transport import Link
+from tests.explorations import CHAMBER, GRAPH, QUICK, explore, url
 from tests.test_recorder import clearance
-from tests.test_recorder_line import Bench
 
-CHAMBER = Path(__file__).parent / "data" / "chamber.toml"
-URL = f"sim://{CHAMBER}?seed=1"
-GRAPH = algorithm("graph")
-QUICK = Limits(scan_deg_s=24.0)
-
-
-def explore(path: Path, link: Link, limits: Limits, stop: Callable[[], bool] = lambda: False) -> tuple[Explorer, Log]:
-    made: list[Explorer] = []
-
-    def explorer(robot: object) -> Explorer:
-        made.append(Explorer(robot, GRAPH, limits))  # type: ignore[arg-type]
-        return made[0]
-
-    with RecordingWriter(path, started_wall_ns=SECOND, command_line="test", config={}, force=True) as writer:
-        plan = Plan(mover=explorer, recovers=True, rate=1.0001)
-        again = Again(lambda: link, lambda _s: None)
-        Recorder(link, writer, plan, wall_ns=link.now_ns, again=again).run(stop)
-    return made[0], replace(read_log(path), surfaces=load_world(str(CHAMBER)).surfaces())
+URL = url(CHAMBER)
 
 
 @pytest.fixture(scope="module")
 def explored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Explorer, Log]:
     path = tmp_path_factory.mktemp("explored") / "a.mcap"
-    return (path, *explore(path, open_sim(URL), replace(QUICK, come_back=True)))
+    return (path, *explore(path, open_sim(URL), replace(QUICK, come_back=True), CHAMBER))
 
 
 def test_it_ends_by_itself_has_seen_all_touched_nothing_and_is_back(explored: tuple[Path, Explorer, Log]) -> None:
@@ -122,110 +96,6 @@ def test_sweeps_cut_as_they_come_are_those_that_a_replay_cuts(explored: tuple[Pa
     for mine, yours in zip(found, expected, strict=True):
         assert (mine.session, mine.reference) == (yours.session, yours.reference)
         assert all(np.array_equal(getattr(mine, name), getattr(yours, name)) for name in ("t_ns", "sonar", "range_mm"))
-
-
-@pytest.mark.parametrize(
-    ("limits", "ended"),
-    [
-        (Limits(max_time_ns=40 * SECOND), "the time is up"),
-        (Limits(max_distance_m=0.5), r"0\.\d m are driven|1\.\d m are driven"),
-        (Limits(min_volts=14.0), "the battery is low: 13.0 V"),
-    ],
-)
-def test_it_ends_where_it_is_told_to(limits: Limits, ended: str, tmp_path: Path) -> None:
-    import re
-
-    explorer, log = explore(tmp_path / "a.mcap", open_sim(URL), limits)
-    assert re.fullmatch(ended, explorer.ended)
-    assert log.events[-1].text == "the robot is stopped and closed"
-
-
-def bench(change: Callable[[Packet], Packet | None] = lambda packet: packet) -> Bench:
-    made = Bench(change=change)
-    made._sim = open_sim(URL)
-    made.now_ns = made._sim.now_ns
-    return made
-
-
-def test_a_reset_on_the_way_is_scanned_again_and_goes_on(tmp_path: Path) -> None:
-    sips = 0
-
-    def change(packet: Packet) -> Packet:
-        nonlocal sips
-        sips += isinstance(packet, Sip)
-        if isinstance(packet, Sip) and sips == 205:  # on its way to the second station
-            line.write(encode_command(Command.CLOSE))
-            return Reset()
-        return packet
-
-    line = bench(change)
-    explorer, log = explore(tmp_path / "a.mcap", line, QUICK)
-    assert log.odometry.session.max() == 1
-    assert explorer.ended == "nothing reachable is unknown"
-    reproduced = replay(tmp_path / "a.mcap", GRAPH, None).reproduced
-    assert reproduced is not None
-    assert reproduced.same
-
-
-def test_silence_stops_it_and_then_it_goes_on(tmp_path: Path) -> None:
-    sips = 0
-
-    def change(packet: Packet) -> Packet | None:
-        nonlocal sips
-        sips += isinstance(packet, Sip)
-        return None if 205 <= sips < 235 else packet
-
-    explorer, log = explore(tmp_path / "a.mcap", bench(change), QUICK)
-    texts = [event.text for event in log.events]
-    assert "no SIP any more: the robot is told to stop" in texts
-    assert "the robot is heard again" in texts
-    assert explorer.ended in ("nothing reachable is unknown", f"{VAIN} scans in a row showed nothing new")
-    reproduced = replay(tmp_path / "a.mcap", GRAPH, None).reproduced
-    assert reproduced is not None
-    assert reproduced.same
-
-
-def test_the_stop_button_halts_it(tmp_path: Path) -> None:
-    sips = 0
-
-    def press(packet: Packet) -> Packet:
-        nonlocal sips
-        sips += isinstance(packet, Sip)
-        return replace(packet, flags=packet.flags | STOP_BUTTON) if isinstance(packet, Sip) and sips > 220 else packet
-
-    with pytest.raises(RouteHalted, match="STOP button"):
-        explore(tmp_path / "a.mcap", bench(press), QUICK)
-    assert len(read_log(tmp_path / "a.mcap").decisions) == 1
-
-
-def test_something_put_in_the_way_is_not_touched(tmp_path: Path) -> None:
-    """A post appears 0.6 m before the robot while it drives."""
-    link = open_sim(URL)
-    robot, put = link.robot, False
-    read = link.read
-
-    def reading(timeout_s: float) -> bytes:
-        nonlocal put
-        x, y, _ = (value / 1e6 for value in robot.true_pose)
-        if not put and x > 0.3:
-            put = True
-            post = Pole(x + 0.75, y, 0.1, robot.world.walls[0].material)
-            world = World("chamber", "", "", robot.world.walls, (post,))
-            robot._sonars._physics = Physics(world, Acoustics(), 1)
-            robot._body._poles = [(post.x, post.y, post.radius)]
-            robot._body._room = 0.0
-            posts.append(post)
-        return read(timeout_s)
-
-    posts: list[Pole] = []
-    link.read = reading  # type: ignore[method-assign]
-    explorer, log = explore(tmp_path / "a.mcap", link, replace(QUICK, max_time_ns=400 * SECOND))
-    assert log.truth is not None
-    if posts:
-        far = np.hypot(log.truth.pose[:, 0] - posts[0].x, log.truth.pose[:, 1] - posts[0].y)
-        assert far.min() > 0.1 + 0.18
-    assert not any("stalled" in event.text for event in log.events)
-    assert explorer.ended
 
 
 def test_a_way_that_proves_blocked_is_remembered_and_after_a_while_forgotten() -> None:

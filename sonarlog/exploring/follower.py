@@ -61,10 +61,6 @@ class Follower(Mover):
         self._scans, self._points, self._passed = [], np.zeros((0, 2)), np.zeros((0, 2))
         self._walls, self._recalled, self._scanned_at = (), (), None
 
-    def _enough(self) -> bool:
-        """Whether to stop on the way; a subclass may have reasons."""
-        return False
-
     def _look_round(self) -> Moves:
         """A scan, the other way round than the turn before; True if the robot does not turn."""
         self._last_turn = -self._last_turn
