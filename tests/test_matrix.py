@@ -17,7 +17,9 @@ def test_the_worst_machine_gives_the_bits_of_this_one() -> None:
     base, other = outcomes([first, worst], ["--short"], [])
     assert other.verdict == SAME, other.why
     assert set(other.changed) == {"numpy", "libm", "blas", "hash"}
-    assert {"dmath", "embedded robot, wire", f"embedded robot, {DEFAULT}"} <= set(base.results)
+    assert {"dmath", "embedded robot, wire", f"embedded robot, {DEFAULT}", "exploration, decisions"} <= set(
+        base.results
+    )
 
 
 class Told(Configuration):

@@ -16,18 +16,24 @@ import numpy as np
 from slam import dmath
 from slam.algorithms import ALGORITHMS, DEFAULT, algorithm
 from sonarlog.digest import RunDigest, digest
+from sonarlog.exploring.explorer import Explorer, Limits
+from sonarlog.exploring.reproduction import Reproduction
 from sonarlog.imports import udacity
 from sonarlog.imports.rows import write_rows
 from sonarlog.plan import Plan
 from sonarlog.recorder import Recorder
 from sonarlog.recording import RecordingWriter, read_log, recording_digest
 from sonarlog.replay import replay_sweeps, sweeps_of
+from sonarlog.robot import Robot
 from sonarlog.route import parse_route
 from sonarlog.runs import identify
 from sonarlog.sim.link import open_sim
 
 REAL = Path(__file__).parents[3] / "shared" / "data" / "udacity_corridor"
 """A real robot's log, as its course gave it out; left out where it is not at hand."""
+
+PLACE = Path(__file__).parents[1] / "data" / "hall.toml"
+"""Where the embedded robot explores."""
 
 URL, ROUTE = "sim://corridor?seed=1&speed=0", "scan; follow 0.8; scan; follow 0.8; scan"
 
@@ -61,6 +67,23 @@ def recorded(path: Path) -> None:
         Recorder(link, writer, Plan(parse_route(ROUTE)), wall_ns=link.now_ns).run(lambda: False)
 
 
+def explored(path: Path) -> str:
+    """The embedded robot, exploring by itself with the default algorithm; the digest of its decisions."""
+    link, chosen = open_sim(f"sim://{PLACE}?seed=1"), algorithm(DEFAULT)
+
+    def explorer(robot: Robot) -> Explorer:
+        return Explorer(robot, chosen, Limits(scan_deg_s=24.0))
+
+    with RecordingWriter(path, started_wall_ns=0, command_line="probe", config={}) as writer:
+        Recorder(link, writer, Plan(mover=explorer, recovers=True), wall_ns=link.now_ns).run(lambda: False)
+    log = read_log(path)
+    again = Reproduction(log.decisions, chosen)
+    for step in replay_sweeps(log, sweeps_of(log, path), chosen):
+        again.add(step)
+    found = again.result()
+    return digest([found.told() if found else "no decisions", *log.decisions])
+
+
 def imported(path: Path) -> None:
     """The real corridor as a recording."""
     rows = udacity.rows(REAL / "measurement.txt", REAL / "poses.txt")
@@ -74,10 +97,12 @@ def results(paths: list[Path], names: list[str], *, real: bool) -> dict[str, str
         simulated = Path(folder) / "embedded robot"
         recorded(simulated)
         made["embedded robot, wire"] = recording_digest(simulated)
+        exploration = Path(folder) / "exploration"
+        made["exploration, decisions"] = explored(exploration)
         if real:
             paths = [Path(folder) / "real corridor", *paths]
             imported(paths[0])
-        for path in (simulated, *paths):
+        for path in (simulated, exploration, *paths):
             made |= {f"{path.name.removesuffix('.mcap')}, {name}": each for name, each in replayed(path, names).items()}
     return made
 
