@@ -18,8 +18,11 @@ from benchmarks.blocks import Times, measure
 from benchmarks.building import STATION_M, Building
 from slam.algorithms import DEFAULT, algorithm
 
-AROUND = 20
-"""A sweep's time is the mean of so many: one alone may have a chunk of the file to write."""
+AROUND = 40
+"""A sweep's time is the median of so many: one alone may have a chunk of the file to write, or a loop to close."""
+
+CLOSING = 10.0
+"""A sweep whose block F takes so many times the median has closed a loop."""
 
 EVERY = 100
 
@@ -41,15 +44,24 @@ def recording(folder: Path, metres: float) -> Path:
 def at(times: list[float], sweep: int) -> float:
     """Milliseconds a sweep, around that one."""
     near = times[max(0, sweep - AROUND // 2) : sweep + AROUND // 2]
-    return 1000.0 * float(np.mean(near))
+    return 1000.0 * float(np.median(near))
 
 
-def tell(number: int, times: Times) -> None:
-    """Progress: a line every so many sweeps."""
-    if number % EVERY == EVERY - 1:
-        blocks = ", ".join(f"{name} {1000.0 * np.mean(each[-AROUND:]):.1f}" for name, each in times.blocks.items())
-        text = f"sweep {number + 1}: {at(times.whole, number):.1f} ms, {resident_mb():.0f} MB ({blocks})"
-        print(text, file=sys.stderr, flush=True)
+class Told:
+    """What is said every so many sweeps, and the memory that the process had after each."""
+
+    def __init__(self) -> None:
+        self.mb: list[float] = []
+
+    def __call__(self, number: int, times: Times) -> None:
+        """After a sweep."""
+        self.mb.append(resident_mb())
+        if number % EVERY == EVERY - 1:
+            blocks = ", ".join(
+                f"{name} {1000.0 * np.median(each[-AROUND:]):.1f}" for name, each in times.blocks.items()
+            )
+            text = f"sweep {number + 1}: {at(times.whole, number):.1f} ms, {self.mb[-1]:.0f} MB ({blocks})"
+            print(text, file=sys.stderr, flush=True)
 
 
 def resident_mb() -> float:
@@ -67,25 +79,34 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--metres", type=float, default=1000.0)
     parser.add_argument("--algorithm", default=DEFAULT)
     parser.add_argument("--sweeps", type=int, default=None, help="Replay so many only.")
-    parser.add_argument(
-        "--memory", action="store_true", help="Trace Python's memory instead of the clock: much slower."
-    )
     asked = parser.parse_args(arguments)
     path = recording(asked.folder, asked.metres)
     run = asked.folder / f"{path.stem}.{asked.algorithm}.run.mcap"
-    times, step = measure(path, algorithm(asked.algorithm), run, sweeps=asked.sweeps, each=tell)
+    told = Told()
+    times, step = measure(path, algorithm(asked.algorithm), run, sweeps=asked.sweeps, each=told)
     count = len(times.whole)
     _, _, width, height = step.state.grid.bounds()
     cell = step.state.grid.cell_m
     print(f"{count} sweeps, {width * cell:.0f} × {height * cell:.0f} m, {len(step.state.chains.members)} walls chained")
     print(f"reading and cutting {times.reading:.1f} s; a run of {run.stat().st_size / count / 1000:.0f} kB a sweep")
-    marks = [mark for mark in (100, 250, 500, 750, 1000, 1200) if mark + AROUND // 2 <= count]
-    print(f"| ms a sweep | {' | '.join(map(str, marks))} |\n|" + "---|" * (len(marks) + 1))
-    for name, each in {**times.blocks, "all": times.whole}.items():
-        print(f"| {name} | {' | '.join(f'{at(each, mark):.1f}' for mark in marks)} |")
-    if marks[1:]:
-        ratio = at(times.whole, marks[-1]) / at(times.whole, marks[0])
-        print(f"sweep {marks[-1]} takes {ratio:.2f} times as long as sweep {marks[0]}")
+    grown = 1000.0 * (told.mb[-1] - told.mb[0]) / count
+    print(
+        f"memory {told.mb[0]:.0f} MB after the first sweep, {told.mb[-1]:.0f} MB after the last: {grown:.0f} MB per 1000"
+    )
+    marks = [mark for mark in (100, 300, 500, 800, 1000) if mark + AROUND // 2 <= count]
+    rows = {**times.blocks, "E + F": both(times, "EF"), "all": times.whole}
+    print(f"\n| sweep | algorithm | {' | '.join(rows)} |\n|" + "---|" * (len(rows) + 2))
+    for mark in marks:
+        cells = " | ".join(f"{at(each, mark):.1f}" for each in rows.values())
+        print(f"| {mark} | {asked.algorithm} | {cells} |")
+    closing = [taken for taken in rows["F"] if taken > CLOSING * float(np.median(rows["F"]))]
+    if closing:
+        print(f"\nloops closed in {len(closing)} sweeps, {1000.0 * float(np.median(closing)):.0f} ms each")
+
+
+def both(times: Times, names: str) -> list[float]:
+    """Seconds of these blocks together."""
+    return [sum(taken) for taken in zip(*(times.blocks[name] for name in names), strict=True)]
 
 
 if __name__ == "__main__":
