@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from cli.main import run
 from slam.algorithms import algorithm
 from slam.geometry import Pose
 from slam.intent import PATIENCE, Intent
+from slam.regions import ranks_of
 from sonarlog.decode import WireDecoder
 from sonarlog.exploring.coverage import mapped_share, reach_of, short_tour_m
 from sonarlog.exploring.explorer import Explorer
@@ -134,3 +136,21 @@ def test_the_bound_of_a_tour_and_the_reach_of_a_robot() -> None:
     reach = reach_of(load_world(str(CHAMBER)), 0.18)
     assert reach.body.sum() * 0.05**2 == pytest.approx(4 * 2 + 1.2 * 0.9, rel=0.15)  # corners are out of reach
     assert 0.8 < short_tour_m(reach) < 4.0
+
+
+def test_it_drives_nowhere_that_it_has_not_seen(explored: tuple[Path, Explorer, Log]) -> None:
+    path, _, log = explored
+    truth, config = log.truth, GRAPH.config.frontier
+    assert truth is not None
+    steps = list(replay_sweeps(log, sweeps_of(log, path), GRAPH))
+    start = true_pose(truth, int(steps[0].sweep.t_ns[steps[0].sweep.reference]))
+    assert start is not None
+    for step, after in pairwise(steps):
+        ranks = ranks_of(step.state.grid, config.chink_cells, 0)
+        assert ranks is not None
+        cells = np.floor(step.decision.path / ranks.cell_m).astype(int) - (ranks.left, ranks.bottom)
+        assert not ranks.array(ranks.unknown)[cells[:, 1], cells[:, 0]].any()
+        between = (truth.t_ns > step.sweep.t_ns[-1]) & (truth.t_ns < after.sweep.t_ns[0])
+        places = start.step_to(Pose(0.0, 0.0, 0.0)).points(truth.pose[between, :2])
+        off = np.hypot(*np.moveaxis(places[:, None] - step.decision.path, -1, 0)).min(axis=1)
+        assert off.max() < 0.3
