@@ -90,9 +90,8 @@ def main(arguments: list[str]) -> None:
     print(f"{count} sweeps, {width * cell:.0f} × {height * cell:.0f} m, {len(step.state.chains.members)} walls chained")
     print(f"reading and cutting {times.reading:.1f} s; a run of {run.stat().st_size / count / 1000:.0f} kB a sweep")
     grown = 1000.0 * (told.mb[-1] - told.mb[0]) / count
-    print(
-        f"memory {told.mb[0]:.0f} MB after the first sweep, {told.mb[-1]:.0f} MB after the last: {grown:.0f} MB per 1000"
-    )
+    first, last = told.mb[0], told.mb[-1]
+    print(f"memory {first:.0f} MB after the first sweep, {last:.0f} MB after the last: {grown:.0f} MB per 1000")
     marks = [mark for mark in (100, 300, 500, 800, 1000) if mark + AROUND // 2 <= count]
     rows = {**times.blocks, "E + F": both(times, "EF"), "all": times.whole}
     print(f"\n| sweep | algorithm | {' | '.join(rows)} |\n|" + "---|" * (len(rows) + 2))
