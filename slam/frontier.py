@@ -87,7 +87,8 @@ def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: Front
     """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
     known = before.after(poses, config.block_sweeps)
     decision = _decided(grid, poses, known, config)
-    if decision.chosen is None and (again := known.forgiving()) != known:  # perhaps it is gone
+    again = known.forgiving()
+    if decision.chosen is None and (again.blocks, again.vain) != (known.blocks, known.vain):  # perhaps it is gone
         known = again
         decision = _decided(grid, poses, known, config)
     if decision.chosen is None:
