@@ -24,13 +24,11 @@ def solve_joined(joined: Floats) -> Floats:
     Only what stands on the diagonal and right of it is looked at.
     """
     size = len(joined)
-    diagonal, room = np.zeros(size), np.empty(joined.size)
+    diagonal = np.zeros(size)
     for j in range(size):
         diagonal[j] = pivot = _pivot(joined.item(j, j), j)
         row, below = joined[j, j + 1 :], joined[j + 1 :, j + 1 :]
-        products = room[: below.size].reshape(below.shape)
-        np.multiply((row[:-1] / pivot)[:, None], row, out=products)
-        below -= products
+        below -= (row[:-1] / pivot)[:, None] * row
     joined /= diagonal[:, None]
     solution = joined[:, size].copy()
     for j in range(size - 1, 0, -1):

@@ -19,7 +19,7 @@ from slam.graph.drawing import along_lines, drawn
 from slam.graph.matching import Sights
 from slam.graph.merging import may_close, merged
 from slam.graph.natures import tell_natures
-from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, looks, sighting_residuals
+from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, sighting_residuals
 from slam.graph.solver import part_from, solve
 from slam.localisation import Localisation
 from slam.motion import Motion
@@ -173,7 +173,7 @@ def _localisation(
     moved = tuple((k, poses[k]) for k in changed.tolist())
     linked = np.array([link.wall for link in association.links], dtype=np.int64)
     rows = np.flatnonzero(graph.sweep == sweep)[linked]
-    before, after = (_mean_off(graph, rows, at) for at in (predicted, pose))
+    before, after = _mean_off(graph, rows, (predicted, pose))
     turn = wrap(pose.theta - predicted.theta)
     angles = [link.a1 for link in association.links]
     return Localisation(
@@ -189,10 +189,16 @@ def _localisation(
     )
 
 
-def _mean_off(graph: Graph, rows: Ints, at: Pose) -> float:
-    """By how much the distances of these sightings are off, on average, if they were made from there."""
+def _mean_off(graph: Graph, rows: Ints, places: tuple[Pose, ...]) -> list[float]:
+    """By how much the distances of these sightings are off, on average, if they were made from each of the places."""
     if not len(rows):
-        return 0.0
-    of, there = graph.landmark[rows], np.broadcast_to(np.array([at.x, at.y, at.theta]), (len(rows), 3))
-    seen = looks(there, graph.as_point[of] != 0, graph.line[of], graph.point[of], graph.anchor[of], 0.0)
-    return dmath.mean(np.abs(graph.distance[rows] - seen.distance))
+        return [0.0 for _ in places]
+    of = graph.landmark[rows]
+    sine, cosine = dmath.sincos(graph.line[of, 0])
+    off, (ax, ay), (px, py) = graph.line[of, 1], graph.anchor[of].T, graph.point[of].T
+    means = []
+    for at in places:
+        to_line = off - (cosine * (at.x - ax) + sine * (at.y - ay))
+        far = np.where(graph.as_point[of] != 0, dmath.hypot(px - at.x, py - at.y), to_line)
+        means.append(dmath.mean(np.abs(graph.distance[rows] - far)))
+    return means
