@@ -27,6 +27,14 @@ class Beams:
     axis: Floats
     half_beam: float
 
+    def levels(self, bearing: float, chosen: Ints | None = None) -> Floats:
+        """Distance (m) from F's origin of a surface with this normal, as each (chosen) reading has it."""
+        sine, cosine = dmath.sincos(bearing)
+        distance, origin = self.distance, self.origin
+        if chosen is not None:
+            distance, origin = distance[chosen], origin[chosen]
+        return distance + (origin[:, 0] * cosine + origin[:, 1] * sine)
+
 
 @dataclass(frozen=True)
 class ArcConfig:
@@ -48,7 +56,9 @@ class Arc:
 
     `first` and `last` are the extreme axis angles in rad (first ≤ last), `before` and `after` those of the sonar's next
     readings on either side, which are no part of it: the arc's true edges lie in between. `distance` m from F's origin,
-    `spread` m the largest deviation from it. `whole`: neither end lies at the start or end of the turn.
+    `spread` m the largest deviation from it. `whole`: neither end lies at the start or end of the turn. `aside` rad is
+    the parallax: from F's origin a point at that distance is seen so much further round than from the sonar; a plane's
+    normal is the same from everywhere.
     """
 
     sonar: int
@@ -60,6 +70,7 @@ class Arc:
     distance: float
     spread: float
     whole: bool
+    aside: float = 0.0
 
     @property
     def bearing(self) -> float:
@@ -251,12 +262,14 @@ def _arcs(chosen: list[tuple[int, int, int, list[int]]], tracks: _Tracks, *, clo
     number = np.repeat(np.arange(len(sizes)), sizes)
     levels = tracks.distance[flat] + lever
     mean = np.bincount(number, levels) / sizes
+    across = tracks.y[flat] * np.repeat(cosine, sizes) - tracks.x[flat] * np.repeat(sine, sizes)
+    aside = np.bincount(number, across) / sizes / mean
     spread = np.zeros(len(sizes))
     np.maximum.at(spread, number, np.abs(levels - mean[number]))
     readings, axis = tracks.index[flat].tolist(), tracks.axis.tolist()
     arcs = []
-    for (sonar, begin, circle, run), end, distance, off in zip(
-        chosen, ends.tolist(), mean.tolist(), spread.tolist(), strict=True
+    for (sonar, begin, circle, run), end, distance, off, parallax in zip(
+        chosen, ends.tolist(), mean.tolist(), spread.tolist(), aside.tolist(), strict=True
     ):
         first, last = run[0], run[-1]
         whole = closed or (first > begin and last < begin + circle - 1)
@@ -272,6 +285,7 @@ def _arcs(chosen: list[tuple[int, int, int, list[int]]], tracks: _Tracks, *, clo
                 distance=distance,
                 spread=off,
                 whole=whole,
+                aside=parallax,
             )
         )
     return arcs

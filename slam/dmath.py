@@ -9,7 +9,7 @@ Errors, checked against exact values in the tests, for finite arguments: sin, co
 (near a zero of sin or cos, where an ulp means nothing, 1e-21 absolute); hypot ≤ 1 ulp, no guard against overflow.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TypeVar, overload
 
 import numpy as np
@@ -231,3 +231,10 @@ def ordered_sum(values: Iterable[float]) -> float:
     for value in values:
         result += value
     return result
+
+
+def median(values: Sequence[float]) -> float:
+    """The middle value, or the mean of the two middle ones."""
+    ordered = sorted(values)
+    half = len(ordered) // 2
+    return 0.5 * (ordered[half] + ordered[~half])

@@ -27,7 +27,8 @@ class FeatureConfig:
 class Wall:
     """A straight wall of the sweep: RCD number `rcd`, as a segment of F, its bearing good to `sigma` rad.
 
-    From `left` to `right` metres of its foot point, along the tangent.
+    From `left` to `right` metres of its foot point, along the tangent. What answers like a wall may be a point:
+    `parallax` is the χ² by which the sonars' bearings say so.
     """
 
     rcd: int
@@ -35,6 +36,7 @@ class Wall:
     sigma: float = 0.0
     left: float = 0.0
     right: float = 0.0
+    parallax: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def extract_features(reliability: Reliability, config: FeatureConfig) -> Feature
             corners.append(corner)
         elif rcd.strong or not config.only_strong_walls:
             piece = segment(rcd.bearing, rcd.distance, rcd.left, rcd.right)
-            walls.append(Wall(k, piece, rcd.sigma, rcd.left, rcd.right))
+            walls.append(Wall(k, piece, rcd.sigma, rcd.left, rcd.right, rcd.parallax))
         else:
             narrow.append(k)
     return Features(tuple(walls), tuple(corners), tuple(narrow))

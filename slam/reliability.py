@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam import dmath
-from slam.arcs import Arc, ArcConfig, Beams, find_arcs
+from slam.arcs import ArcConfig, Beams, find_arcs
 from slam.clusters import cluster
-from slam.dmath import DEGREE, Floats
+from slam.dmath import DEGREE
 from slam.driving import DrivingConfig, find_stretches
+from slam.edges import Edges, find_edges, nearer_side
 from slam.geometry import wrap
 from slam.self_calibration import Calibrated
 from slam.sweep import Ints
@@ -27,7 +28,7 @@ class ReliabilityConfig:
     driving: DrivingConfig = field(default_factory=DrivingConfig)
     strong_width_deg: float = 18.0
     merged_width_deg: float = 33.0  # no surface answers over more: a wall and what stands at its end
-    bearing_sigma_deg: float = 0.5  # of an RCD that all eight sonars of a ring see
+    bearing_sigma_deg: float = 0.3  # of an RCD that all eight sonars of a ring see
     narrower_deg: float = 0.5  # an RCD is as wide as the beam, or a little wider than that …
     wider_deg: float = 3.5  # … or else something next to it shifts one of its edges
     associate_m: float = 0.10
@@ -38,8 +39,9 @@ class Rcd:
     """A region of constant depth in F: its surface lies at `distance` m along `bearing` rad.
 
     `left` and `right` (m) bound what was seen of a flat surface there, along its tangent; `width` rad is the angle
-    over which it answers, `spread` m the largest deviation of a reading, `sigma` rad how good the bearing is. A strong
-    RCD is as wide as a wall.
+    over which it answers, `spread` m the largest deviation of a reading, `sigma` rad how good the bearing is;
+    `parallax` is the χ² by which the sonars' bearings speak for a point (> 0) or a plane (< 0). A strong RCD is as wide
+    as a wall.
     """
 
     bearing: float
@@ -52,6 +54,7 @@ class Rcd:
     sonars: int
     readings: tuple[int, ...]
     sigma: float = 0.0
+    parallax: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,9 @@ def analyse_reliability(calibrated: Calibrated, config: ReliabilityConfig) -> Re
     beams = calibrated.beams
     if calibrated.kind == "scan":
         arcs = find_arcs(beams, config.arcs, closed=True)
-        rcds = [_rcd([arcs[i] for i in group], beams, config) for group in cluster(arcs, config.arcs)]
+        seen = [find_edges([arcs[i] for i in group]) for group in cluster(arcs, config.arcs)]
+        plain = _plain(seen, beams, config)
+        rcds = [_rcd(edges, plain, beams, config) for edges in seen]
     else:
         rcds = [
             Rcd(
@@ -92,57 +97,45 @@ def analyse_reliability(calibrated: Calibrated, config: ReliabilityConfig) -> Re
     return _classed(tuple(rcds), beams, config)
 
 
-def _rcd(arcs: list[Arc], beams: Beams, config: ReliabilityConfig) -> Rcd:
-    """Join arcs: the surface's normal lies midway between the two edges that the sonars see together."""
-    reference = arcs[0].bearing
-    low = _edge(arcs, reference, [(arc.before, arc.first) for arc in arcs])
-    high = _edge(arcs, reference, [(arc.last, arc.after) for arc in arcs])
-    bearing = wrap(reference + 0.5 * (low + high))
-    readings = tuple(sorted({r for arc in arcs for r in arc.readings}))
-    chosen = np.array(readings)
-    axes = wrap(beams.axis[chosen] - bearing)
-    levels = _level(beams, bearing)[chosen]
+def _rcd(edges: Edges, plain: float, beams: Beams, config: ReliabilityConfig) -> Rcd:
+    """The normal lies midway between the edges; of a surface with something at its end, half a `plain` from its own."""
+    bearing, readings = edges.middle, edges.readings
+    least, most = _band(beams, config)
+    off = max(0.0, least - edges.width, edges.width - most)
+    if edges.width > most:
+        alone = nearer_side(edges, plain, beams)
+        if alone is not None:
+            bearing, readings = alone
+            off = 0.25 * (most - least)
+    # Few sonars fix the edges less well, and what is too wide or too narrow has an edge of another's.
+    own = config.bearing_sigma_deg * DEGREE * dmath.sqrt(8.0 / float(edges.sonars))
+    axes = wrap(beams.axis[readings] - bearing)
+    levels = beams.levels(bearing, readings)
     distance = dmath.mean(levels)
-    first, last = float(axes.min()), float(axes.max())
     return Rcd(
         bearing=bearing,
         distance=distance,
-        width=high - low,
+        width=edges.width,
         spread=float(np.abs(levels - distance).max()),
-        sigma=_bearing_sigma(high - low, len({arc.sonar for arc in arcs}), beams.half_beam, config),
-        left=distance * _tan(first),
-        right=distance * _tan(last),
-        strong=config.strong_width_deg * DEGREE <= high - low <= config.merged_width_deg * DEGREE,
-        sonars=len({arc.sonar for arc in arcs}),
-        readings=readings,
+        left=distance * _tan(float(axes.min())),
+        right=distance * _tan(float(axes.max())),
+        strong=config.strong_width_deg * DEGREE <= edges.width <= config.merged_width_deg * DEGREE,
+        sonars=edges.sonars,
+        readings=tuple(edges.readings.tolist()),
+        sigma=dmath.hypot(own, off),
+        parallax=edges.parallax,
     )
 
 
-def _bearing_sigma(width: float, sonars: int, half_beam: float, config: ReliabilityConfig) -> float:
-    """How good a bearing between two edges is, in rad.
-
-    Few sonars fix the edges less well, and what is too wide or too narrow for one surface has an edge of another's.
-    """
-    own = config.bearing_sigma_deg * DEGREE * dmath.sqrt(8.0 / float(sonars))
-    low, high = 2.0 * half_beam - config.narrower_deg * DEGREE, 2.0 * half_beam + config.wider_deg * DEGREE
-    return dmath.hypot(own, max(0.0, low - width, width - high))
+def _band(beams: Beams, config: ReliabilityConfig) -> tuple[float, float]:
+    """How wide one surface answers, rad: no less, no more."""
+    return 2.0 * beams.half_beam - config.narrower_deg * DEGREE, 2.0 * beams.half_beam + config.wider_deg * DEGREE
 
 
-def _edge(arcs: list[Arc], reference: float, between: list[tuple[float, float]]) -> float:
-    """Where the surface comes into view, rad from the reference.
-
-    Each sonar puts it between a reading that is in the arc and one that is not. The median of all these bounds lies in
-    every such gap if they agree, and in most if some do not; steps of 4° and eight sonars fix it to some tenths.
-    """
-    shift = [wrap(arc.bearing - reference) - arc.bearing for arc in arcs]
-    bounds = sorted(angle + s for s, pair in zip(shift, between, strict=True) for angle in pair)
-    return 0.5 * (bounds[len(bounds) // 2 - 1] + bounds[len(bounds) // 2])
-
-
-def _level(beams: Beams, bearing: float) -> Floats:
-    """Distance from F's origin of a surface with this normal, as each reading has it."""
-    sine, cosine = dmath.sincos(bearing)
-    return beams.distance + (beams.origin[:, 0] * cosine + beams.origin[:, 1] * sine)
+def _plain(seen: list[Edges], beams: Beams, config: ReliabilityConfig) -> float:
+    """How wide a surface by itself answers in this sweep, rad: most have nothing beside them."""
+    least, most = _band(beams, config)
+    return min(max(dmath.median([edges.width for edges in seen]), least), most) if seen else most
 
 
 def _tan(angle: float) -> float:
@@ -155,7 +148,7 @@ def _classed(rcds: tuple[Rcd, ...], beams: Beams, config: ReliabilityConfig) -> 
     rcd_of = np.full(len(classes), -1, dtype=np.int64)
     best = np.full(len(classes), config.associate_m)
     for k, rcd in enumerate(rcds):
-        off = np.abs(_level(beams, rcd.bearing) - rcd.distance)
+        off = np.abs(beams.levels(rcd.bearing) - rcd.distance)
         aimed = np.abs(wrap(beams.axis - rcd.bearing)) <= 0.5 * rcd.width + beams.half_beam
         nearer = (classes == ALONE) & aimed & (off <= best)
         nearer |= (rcd_of >= 0) & (classes != IN_RCD) & aimed & (off < best)

@@ -15,6 +15,7 @@ from slam.dmath import DEGREE, PI, Floats
 from slam.geometry import ORIGIN, Pose, wrap
 from slam.linear import solve_spd
 from slam.motion import Motion, WheelErrors, Wheels
+from slam.parallax import for_point
 from slam.sweep import TURN, SonarRing, Sweep, SweepKind
 
 JUMP_M = 3.0
@@ -192,6 +193,9 @@ def _arc_rows(arcs: list[Arc], turn: Floats, known: Calibration, size: int) -> t
     raw_turn = middle / (1.0 + known.rotation_scale)
     sonar = np.array([arc.sonar for arc in arcs])
     off = wrap(np.array([arc.bearing for arc in arcs]) - arcs[0].bearing)
+    if for_point(arcs) > 0.0:
+        # A point is seen in another direction from each sonar: that is no mounting error.
+        off = off + np.array([arc.aside for arc in arcs])
     values = off - ((middle - raw_turn) + np.array(known.mounting)[sonar])
     rows = np.zeros((len(arcs), size))
     rows[:, 0] = -raw_turn

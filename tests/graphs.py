@@ -70,6 +70,7 @@ def graph_of(
             "bearing": looked.bearing,
             "distance": looked.distance,
             "sigma": np.full(len(seen), SIGMA),
+            "parallax": np.zeros(len(seen)),
             "left": np.full(len(seen), -0.2),
             "right": np.full(len(seen), 0.2),
             "nature": np.where(is_point, POINT, WALL) if told else np.full(count, OPEN),

@@ -65,10 +65,13 @@ def test_with_perfect_odometry_nobody_makes_the_pose_worse_than_5_cm(name: str, 
 def test_errors_of_the_wheels_are_learnt(
     rotation: float, distance: float, drift_deg: float, sides: tuple[int, ...]
 ) -> None:
-    """The path within 4 cm and 0.4°, where raw odometry is off by up to 8 m; the errors within the bounds below."""
+    """The path within 5 cm and 0.4°, where raw odometry is off by up to 8 m; the errors within the bounds below.
+
+    The first heading is that of one sweep, whose bearings come in steps of 4°: 0.2° of it are 4 cm at the end.
+    """
     made = walk(HALL, straight(16), WheelErrors(rotation, distance, drift_deg * DEGREE), sides)
     state = end(made)
-    assert max(off(state.poses, made.stations)) <= 0.04
+    assert max(off(state.poses, made.stations)) <= 0.05
     assert max(turned(state.poses, made.stations)) <= 0.4
     learnt = state.track.graph.errors
     assert abs(learnt[0] - rotation) <= 0.002

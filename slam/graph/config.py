@@ -13,7 +13,7 @@ class GraphConfig:
 
     window: int = 25  # sweeps that move at every step; older ones only when a loop closes
     iterations: int = 6
-    kernel: float = 1.0  # Cauchy's, in standard deviations: what is further off counts less and less
+    kernel: float = 1.5  # Cauchy's, in standard deviations: what is further off counts less and less
     distance_sigma_m: float = 0.005
     step_sigma_m: float = 0.003
     step_sigma: float = 0.005  # of a step's length

@@ -16,6 +16,7 @@ from slam.dmath import DEGREE, PI, Floats
 from slam.features import Wall
 from slam.geometry import Bools, Pose, wrap
 from slam.graph.config import GraphConfig
+from slam.graph.natures import believed_parallax
 from slam.graph.near import Near
 from slam.graph.placing import Place, Sight, placed
 from slam.graph.problem import RING, Graph, looks
@@ -29,19 +30,24 @@ LOST = (0.2, 5.0 * DEGREE)
 
 @dataclass(frozen=True)
 class Sights:
-    """The sweep's walls as the graph takes them: n bearings, distances, σ of the bearings, and extents, in F."""
+    """The sweep's walls as the graph takes them: n bearings, distances, σ of the bearings, and extents, in F.
+
+    `parallax` is the χ² by which each is rather a point, as far as that is believed.
+    """
 
     bearing: Floats
     distance: Floats
     sigma: Floats
     left: Floats
     right: Floats
+    parallax: Floats
 
     @classmethod
     def of(cls, walls: tuple[Wall, ...], ring_bearing: float) -> "Sights":
         """Bearings as the sonars had them, before all of them together were turned by `ring_bearing`."""
-        rows = np.array([(w.segment.alpha, w.segment.rho, w.sigma, w.left, w.right) for w in walls]).reshape(-1, 5)
-        return cls(rows[:, 0] - ring_bearing, rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 4])
+        rows = np.array([(w.segment.alpha, w.segment.rho, w.sigma, w.left, w.right, w.parallax) for w in walls])
+        bearing, distance, sigma, left, right, parallax = rows.reshape(-1, 6).T
+        return cls(bearing - ring_bearing, distance, sigma, left, right, believed_parallax(parallax))
 
 
 @dataclass(frozen=True)
@@ -144,8 +150,9 @@ def _distances(near: Near, sights: Sights, place: Place, config: GraphConfig) ->
     best = np.full((len(b), len(near.landmark)), np.inf)
     foot = -seen.by_landmark[:lines, 1, 0]  # how the distance hangs on the direction is how far along the foot lies
     best[:, near.as_line] = np.where(_gaps(near.extent, foot, sights) <= config.gap_m, chi[:, :lines], np.inf)
+    best += np.maximum(sights.parallax, 0.0)[:, None]
     points = np.full(best.shape, np.inf)
-    points[:, near.as_point] = chi[:, lines:]
+    points[:, near.as_point] = chi[:, lines:] + np.maximum(-sights.parallax, 0.0)[:, None]
     return np.minimum(best, points), points < best
 
 

@@ -1,6 +1,7 @@
 """Wall or point: whether a chain's sightings are better explained by one line or by one point.
 
-As the robot passes, the foot point on a wall goes with it; a corner, an edge or a pole stays where it is.
+As the robot passes, the foot point on a wall goes with it; a corner, an edge or a pole stays where it is. And what is
+near enough, the sonars of one sweep tell by themselves, for they stand apart (`slam.parallax`).
 """
 
 from dataclasses import replace
@@ -16,9 +17,16 @@ from slam.graph.problem import RING, Graph, Sightings
 from slam.graph.solver import kernel_cost, weights
 from slam.sweep import Ints
 
+BELIEVED = 12.0
+"""A sweep's parallax says no more than that, in χ²: its arcs share what is wrong with them."""
 TOLD_BY = 8
 """What has been seen so often is known."""
 STEPS = 3
+
+
+def believed_parallax(parallax: Floats) -> Floats:
+    """How much of it counts."""
+    return np.clip(parallax, -BELIEVED, BELIEVED)
 
 
 def tell_natures(graph: Graph, touched: Ints, config: GraphConfig, *, only_open: bool = False) -> Graph:
@@ -27,14 +35,16 @@ def tell_natures(graph: Graph, touched: Ints, config: GraphConfig, *, only_open:
     With `only_open` those whose nature is told already keep it.
     """
     count, is_open = graph.counts()[touched], graph.nature[touched] == OPEN
-    chosen = touched[(count >= 2) & (is_open | ((count <= TOLD_BY) & (not only_open)))]
+    chosen = touched[is_open | ((count <= TOLD_BY) & (not only_open))]
     if not len(chosen):
         return graph
     mask = np.zeros(len(graph.nature), dtype=bool)
     mask[chosen] = True
-    fit, cost = _fitted(graph, chosen, graph.rows_of(mask), config)
+    rows = graph.rows_of(mask)
+    fit, cost = _fitted(graph, chosen, rows, config)
     size = len(chosen)
-    as_wall, as_point = cost[:size], cost[size:]
+    apart = np.bincount(np.searchsorted(chosen, graph.landmark[rows]), weights=graph.parallax[rows], minlength=size)
+    as_wall, as_point = cost[:size] + np.maximum(apart, 0.0), cost[size:] + np.maximum(-apart, 0.0)
     told = graph.nature[chosen]
     told = np.where(as_point - as_wall > config.nature_margin, WALL, told)
     told = np.where(as_wall - as_point > config.nature_margin, POINT, told)

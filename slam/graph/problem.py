@@ -28,7 +28,8 @@ class Graph:
 
     `poses` (n, 3); `motions` (n, 5) the raw odometry that led to each, as in `Motion`; a mere guess where `joined` (n,)
     is 0.
-    Sightings: `sweep`, `landmark` (k,); `bearing`, `distance` with the bearing's own `sigma`; `left`, `right` the
+    Sightings: `sweep`, `landmark` (k,); `bearing`, `distance` with the bearing's own `sigma`; `parallax` by how much
+    χ² its sonars say that it is a point; `left`, `right` the
     extent of what was seen, along the tangent from the foot point.
     Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the
     last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2) along the tangent from the
@@ -47,6 +48,7 @@ class Graph:
     bearing: Floats
     distance: Floats
     sigma: Floats
+    parallax: Floats
     left: Floats
     right: Floats
     nature: Ints
@@ -70,7 +72,7 @@ class Graph:
         none, whole = np.zeros(0), np.zeros(0, dtype=np.int64)
         pairs = np.zeros((0, 2))
         return cls(
-            np.zeros((0, 3)), np.zeros((0, 5)), whole, whole, whole, none, none, none, none, none,
+            np.zeros((0, 3)), np.zeros((0, 5)), whole, whole, whole, none, none, none, none, none, none,
             whole, whole, whole, whole, pairs, pairs, pairs, pairs, np.zeros((0, 2), dtype=np.int64), np.zeros((0, 4)),
             np.zeros((0, 2), dtype=np.int64), np.zeros(4), np.array([0.0, 0.01]),
         )  # fmt: skip

@@ -96,7 +96,7 @@ def _with_sightings(
     graph = graph.with_rows(
         {
             "nature": np.full(len(new), OPEN),
-            "as_point": np.zeros(len(new)),
+            "as_point": sights.parallax[new] > 0.0,
             "seen": np.full(len(new), sweep),
             "alive": [int(k not in association.postponed) for k in new],
             "line": np.stack([alpha, np.zeros(len(new))], axis=1),
@@ -109,6 +109,7 @@ def _with_sightings(
             "bearing": sights.bearing,
             "distance": sights.distance,
             "sigma": sights.sigma,
+            "parallax": sights.parallax,
             "left": sights.left,
             "right": sights.right,
             "drawn": np.full((len(walls), 4), np.inf),
