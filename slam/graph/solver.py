@@ -19,7 +19,7 @@ from slam.sweep import Ints
 
 DENSE = 80
 """Up to so many poses the normal equations are solved as if nothing in them was zero."""
-SETTLED = 1e-3
+SETTLED = 6e-4
 """Metres and radians: a step that small is the last: the next sweep goes on from there."""
 MOTION_KERNEL = 3.0
 
