@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slam import dmath
 from slam.association import OPEN, POINT, WALL, Chains, Member
 from slam.cones import render_cones
 from slam.dmath import DEGREE, Floats
@@ -216,14 +215,13 @@ class _Drawing:
         wall = shapes.wall >= 0
         first = self._pieces.of_sweep(k).start
         stations = np.repeat(np.array([[pose.x, pose.y]]), len(wall), axis=0)
-        sine, cosine = dmath.sincos(shapes.bearing)
         drawn = replace(
             bare,
             walls=first + shapes.wall[wall],
             shares=np.where(shapes.short[wall], 0.5, 1.0),
             strokes=shapes.ends[wall],
             paths=np.concatenate([stations, shapes.foot], axis=1)[wall],
-            spots=np.concatenate([shapes.foot, cosine[:, None], sine[:, None]], axis=1),
+            spots=np.concatenate([shapes.foot, shapes.towards], axis=1),
             spot_of=np.where(wall, first + shapes.wall, -1),
         )
         paths = np.concatenate([drawn.paths, self._driven(near), *(old.paths for old in others)])

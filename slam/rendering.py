@@ -12,7 +12,7 @@ from slam.disc import BINS, STEP_RAD, Disc, bins_about, depths, disc_around
 from slam.dmath import DEGREE, Floats
 from slam.evidence import Layer, cropped
 from slam.geometry import Bools, Pose
-from slam.grid import Cells, Grid
+from slam.grid import Grid
 from slam.links import EndConfig, Gaps
 from slam.paint import Canvas
 from slam.shapes import ShapeConfig, Shapes
@@ -39,8 +39,6 @@ class MapConfig:
     faint_reach_m: float = 3.0  # farther out half of it came back by way of something
     core_deg: float = 1.5  # half of what is free before a dot
     link_gap_m: float = 2.0
-    veto: int = 30  # a gap was seen to be free where so much evidence says so …
-    veto_share: float = 0.25  # … in more than this part of its cells
     solid_from: int = 20  # as sure as this, a wall stops fans
     body_radius_m: float = 0.16
     around_m: float = 6.0  # sweeps farther apart do not see the same things
@@ -72,7 +70,6 @@ def render(
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
     known = grid.window(disc.left, disc.bottom, width, height)
-    gaps = gaps.at(_unseen(canvas, known, gaps, config))
     base = np.where(shapes.wall >= 0, config.wall, np.where(shapes.faint, config.faint, config.narrow))
     weights = base + np.minimum(config.near * shapes.support, base // 2)
     canvas.mark(np.concatenate([shapes.ends, gaps.ends]), np.concatenate([weights, gaps.weight]))
@@ -124,10 +121,3 @@ def _profiles(pose: Pose, shapes: Shapes, gaps: Gaps, curtains: Floats, config: 
     # From the other side a curtain's own station sees as far: the two meet.
     between = np.maximum(filled - 1.5 * config.cell_m, np.where(open_to > 0.0, open_to + config.cell_m, 0.0))
     return drawn - 1.5 * config.cell_m, between
-
-
-def _unseen(canvas: Canvas, known: Cells, gaps: Gaps, config: MapConfig) -> Bools:
-    """Which of the gaps a wall may fill: too many cells of the others were seen to be free."""
-    cells, number = canvas.along(gaps.ends, 0.25)
-    seen = np.bincount(number[known.reshape(-1)[cells] <= -config.veto], minlength=len(gaps.weight))
-    return np.asarray(seen <= config.veto_share * np.bincount(number, minlength=len(gaps.weight)).astype(np.float64))

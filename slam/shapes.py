@@ -40,7 +40,7 @@ class ShapeConfig:
 
 @dataclass(frozen=True)
 class Shapes:
-    """n things in the map frame: each at its `foot` (n, 2), heard in the direction `bearing` (n,), drawn between its
+    """n things in the map frame: each at its `foot` (n, 2), heard in the direction `towards` (n, 2), drawn between its
     `ends` (n, 4), which are one point for a dot.
 
     `wall` (n,): its number among the sweep's walls if it is drawn as one, else −1. `short` (n,): only the middle of
@@ -48,7 +48,7 @@ class Shapes:
     """
 
     foot: Floats
-    bearing: Floats
+    towards: Floats
     ends: Floats
     wall: Ints
     short: Bools
@@ -70,16 +70,17 @@ def shapes_of(sight: Sight, pose: Pose, own: Pieces, around: Floats, told: Float
     ends = cut(feet[which], ends, around)
     askew = ~_square(own.normal[which], told, config) & (own.nature[which] == OPEN)
     ends = _shortened(feet[which], ends, askew, config.open_half_m)
-    foot[as_wall], bearing[as_wall] = feet[which], own.line[which, 0]
     sine, cosine = dmath.sincos(bearing)
+    towards = np.stack([cosine, sine], axis=1)
     aside = np.stack([-sine * sight.half, cosine * sight.half], axis=1)
     all_ends = np.concatenate([foot - aside, foot + aside], axis=1)
+    foot[as_wall], towards[as_wall] = feet[which], own.normal[which]
     all_ends[as_wall] = ends
     wall, short = np.full(len(foot), -1), np.zeros(len(foot), dtype=bool)
     wall[as_wall], short[as_wall] = which, askew
     seen = ~(sight.faint & _behind(foot, pose, own, config))
     return Shapes(
-        foot[seen], bearing[seen], all_ends[seen], wall[seen], short[seen], sight.faint[seen], sight.support[seen]
+        foot[seen], towards[seen], all_ends[seen], wall[seen], short[seen], sight.faint[seen], sight.support[seen]
     )
 
 
