@@ -24,19 +24,25 @@ from sonarlog.replay import replay, replay_sweeps, sweeps_of, true_pose
 from sonarlog.sim.link import open_sim
 from sonarlog.sim.world import load_world
 from sonarlog.sweeps import cut
-from tests.explorations import CHAMBER, GRAPH, QUICK, explore, url
+from tests.explorations import CHAMBER, GRAPH, HALL, QUICK, explore, url
 from tests.test_recorder import clearance
 
-URL = url(CHAMBER)
+
+@pytest.fixture(scope="module", params=[HALL, pytest.param(CHAMBER, marks=pytest.mark.slow)], ids=["hall", "chamber"])
+def place(request: pytest.FixtureRequest) -> Path:
+    found: Path = request.param
+    return found
 
 
 @pytest.fixture(scope="module")
-def explored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Explorer, Log]:
+def explored(place: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Explorer, Log]:
     path = tmp_path_factory.mktemp("explored") / "a.mcap"
-    return (path, *explore(path, open_sim(URL), replace(QUICK, come_back=True), CHAMBER))
+    return (path, *explore(path, open_sim(url(place)), replace(QUICK, come_back=True), place))
 
 
-def test_it_ends_by_itself_has_seen_all_touched_nothing_and_is_back(explored: tuple[Path, Explorer, Log]) -> None:
+def test_it_ends_by_itself_has_seen_all_touched_nothing_and_is_back(
+    place: Path, explored: tuple[Path, Explorer, Log]
+) -> None:
     path, explorer, log = explored
     assert explorer.ended == "nothing reachable is unknown"
     assert log.truth is not None
@@ -46,7 +52,7 @@ def test_it_ends_by_itself_has_seen_all_touched_nothing_and_is_back(explored: tu
     truth = true_pose(log.truth, int(first.sweep.t_ns[first.sweep.reference]))
     assert truth is not None
     frame = truth.compose(last.state.poses[0].step_to(Pose(0.0, 0.0, 0.0)))
-    assert mapped_share(last.state.grid, frame, reach_of(load_world(str(CHAMBER)), 0.18)) > 0.95
+    assert mapped_share(last.state.grid, frame, reach_of(load_world(str(place)), 0.18)) > 0.95
     texts = [event.text for event in log.events]
     assert any("m² to see for" in text for text in texts)
     assert "the exploration is back at its start" in texts
@@ -124,7 +130,7 @@ def test_a_way_that_proves_blocked_is_remembered_and_after_a_while_forgotten() -
 
 def test_the_command_line_records_and_sums_up(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.mcap"
-    assert run(["explore", "--port", URL, "-o", str(path), "--max-time", "10", "--lean"]) == 0
+    assert run(["explore", "--port", url(), "-o", str(path), "--max-time", "10", "--lean"]) == 0
     said = capfd.readouterr().err
     assert "station 0: " in said
     assert "scans, " in said
