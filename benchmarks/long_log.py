@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks.blocks import Times, measure
 from benchmarks.building import STATION_M, Building
+from benchmarks.speed import BLOCKS
 from slam.algorithms import DEFAULT, algorithm
 
 AROUND = 40
@@ -25,6 +26,8 @@ CLOSING = 10.0
 """A sweep whose block F takes so many times the median has closed a loop."""
 
 EVERY = 100
+MARKS = (100, 300, 500, 800, 1000)
+COLUMNS = f"sweep | algorithm | {' | '.join(BLOCKS)} | E + F | all"
 
 
 def recording(folder: Path, metres: float) -> Path:
@@ -77,30 +80,35 @@ def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.long_log")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--metres", type=float, default=1000.0)
-    parser.add_argument("--algorithm", default=DEFAULT)
+    parser.add_argument("--algorithm", action="append", help="Several may be given; paper and the default if none is.")
     parser.add_argument("--sweeps", type=int, default=None, help="Replay so many only.")
     asked = parser.parse_args(arguments)
     path = recording(asked.folder, asked.metres)
-    run = asked.folder / f"{path.stem}.{asked.algorithm}.run.mcap"
+    tables = [replayed(path, name, asked.sweeps) for name in asked.algorithm or ["paper", DEFAULT]]
+    print(f"\n| {COLUMNS} |\n|" + "---|" * (COLUMNS.count("|") + 1))
+    print("\n".join(line for table in tables for line in table))
+
+
+def replayed(path: Path, name: str, sweeps: int | None) -> list[str]:
+    """Replay, say what else is worth saying, and return the table's rows."""
+    run = path.with_name(f"{path.stem}.{name}.run.mcap")
     told = Told()
-    times, step = measure(path, algorithm(asked.algorithm), run, sweeps=asked.sweeps, each=told)
-    count = len(times.whole)
+    times, step = measure(path, algorithm(name), run, sweeps=sweeps, each=told)
+    count, cell = len(times.whole), step.state.grid.cell_m
     _, _, width, height = step.state.grid.bounds()
-    cell = step.state.grid.cell_m
-    print(f"{count} sweeps, {width * cell:.0f} × {height * cell:.0f} m, {len(step.state.chains.members)} walls chained")
-    print(f"reading and cutting {times.reading:.1f} s; a run of {run.stat().st_size / count / 1000:.0f} kB a sweep")
-    grown = 1000.0 * (told.mb[-1] - told.mb[0]) / count
     first, last = told.mb[0], told.mb[-1]
-    print(f"memory {first:.0f} MB after the first sweep, {last:.0f} MB after the last: {grown:.0f} MB per 1000")
-    marks = [mark for mark in (100, 300, 500, 800, 1000) if mark + AROUND // 2 <= count]
-    rows = {**times.blocks, "E + F": both(times, "EF"), "all": times.whole}
-    print(f"\n| sweep | algorithm | {' | '.join(rows)} |\n|" + "---|" * (len(rows) + 2))
-    for mark in marks:
-        cells = " | ".join(f"{at(each, mark):.1f}" for each in rows.values())
-        print(f"| {mark} | {asked.algorithm} | {cells} |")
+    print(
+        f"{name}: {count} sweeps, {width * cell:.0f} × {height * cell:.0f} m, {len(step.state.chains.members)} walls; "
+        f"reading and cutting {times.reading:.1f} s; {run.stat().st_size / count / 1000:.0f} kB of run a sweep; "
+        f"{first:.0f} MB after the first sweep, {1000.0 * (last - first) / count:.0f} MB more per 1000 sweeps"
+    )
+    rows = {**{key: times.blocks[key] for key in BLOCKS}, "E + F": both(times, "EF"), "all": times.whole}
     closing = [taken for taken in rows["F"] if taken > CLOSING * float(np.median(rows["F"]))]
     if closing:
-        print(f"\nloops closed in {len(closing)} sweeps, {1000.0 * float(np.median(closing)):.0f} ms each")
+        each_ms = 1000.0 * float(np.median(closing))
+        print(f"{name}: block F closes loops in {len(closing)} sweeps, {each_ms:.0f} ms each")
+    marks = [mark for mark in MARKS if mark + AROUND // 2 <= count]
+    return [f"| {mark} | {name} | {' | '.join(f'{at(each, mark):.1f}' for each in rows.values())} |" for mark in marks]
 
 
 def both(times: Times, names: str) -> list[float]:
