@@ -7,7 +7,7 @@ from typing import Any
 from slam.association import AssociationConfig
 from slam.errors import SlamError
 from slam.features import FeatureConfig
-from slam.frontier import FrontierConfig
+from slam.frontier_config import FrontierConfig
 from slam.graph.config import GraphConfig
 from slam.grid import LIMIT
 from slam.localisation import LocalisationConfig

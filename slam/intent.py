@@ -10,6 +10,7 @@ import numpy as np
 from slam import dmath
 from slam.dmath import Floats
 from slam.geometry import ORIGIN, Pose
+from slam.sweep import Ints
 
 Point = tuple[float, float]
 
@@ -49,6 +50,8 @@ class Intent:
     blocks: tuple[Block, ...] = ()
     vain: tuple[Block, ...] = ()
     trail: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    past: tuple[Block, ...] = ()
+    heard: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def after(self, poses: tuple[Pose, ...], keep: int) -> "Intent":
         """What is known to be in the way, with the robot at the last of `poses`; forgotten after `keep` sweeps."""
@@ -57,11 +60,14 @@ class Intent:
             tuple(each for each in known if sweep - each.sweep <= keep or each.times >= PATIENCE)
             for known in (self.blocks, self.vain)
         )
+        past = (*self.past, *(each for each in self.blocks if each not in blocks))
         point = _stopped_by(self.leg, pose)
         if point is not None:
-            blocks = _noted(blocks, point, sweep)
-            vain = _noted(vain, self.goal or point, sweep)
-        return replace(self, blocks=blocks, vain=vain, trail=self._extended(poses))
+            # A step that is hardly one tells that there is no getting there, not what stands where.
+            if _length(self.leg) >= BEFORE_M:
+                blocks, past = _noted(blocks, past, point, sweep)
+            vain, _ = _noted(vain, (), self.goal or point, sweep)
+        return replace(self, blocks=blocks, vain=vain, past=past, trail=self._extended(poses))
 
     def _extended(self, poses: tuple[Pose, ...]) -> Floats:
         """The trail, with what was driven of the last leg."""
@@ -82,17 +88,31 @@ class Intent:
         return np.stack([table[:, 0] + (cosine * x - sine * y), table[:, 1] + (sine * x + cosine * y)], axis=1)
 
     def forgiving(self) -> "Intent":
-        """With only what was tried often enough."""
-        blocks, vain = (tuple(each for each in known if each.times >= PATIENCE) for known in (self.blocks, self.vain))
-        return replace(self, blocks=blocks, vain=vain)
+        """Believing only in blocks that were met often enough, but remembering the rest."""
+        kept = tuple(each for each in self.blocks if each.times >= PATIENCE)
+        return replace(self, blocks=kept, past=(*self.past, *(each for each in self.blocks if each not in kept)))
+
+    def hearing(self, cells: int) -> "Intent":
+        """With the circle about the last sweep."""
+        return replace(self, heard=np.append(self.heard, np.int64(cells)))
 
 
-def _noted(known: tuple[Block, ...], point: Point, sweep: int) -> tuple[Block, ...]:
-    same = [each for each in known if dmath.hypot(each.x - point[0], each.y - point[1]) < BEFORE_M]
-    if not same:
-        return (*known, Block(*point, sweep))
-    again = replace(same[0], sweep=sweep, times=same[0].times + 1)
-    return tuple(again if each is same[0] else each for each in known)
+def _noted(
+    known: tuple[Block, ...], past: tuple[Block, ...], point: Point, sweep: int
+) -> tuple[tuple[Block, ...], tuple[Block, ...]]:
+    """Both with something at the point: counted once more where something was known there, or had been."""
+    for blocks in (known, past):
+        same = [each for each in blocks if dmath.hypot(each.x - point[0], each.y - point[1]) < BEFORE_M]
+        if same:
+            again = replace(same[0], sweep=sweep, times=same[0].times + 1)
+            known, past = (tuple(each for each in some if each is not same[0]) for some in (known, past))
+            return (*known, again), past
+    return (*known, Block(*point, sweep)), past
+
+
+def _length(leg: Floats | None) -> float:
+    """From one end to the other, metres."""
+    return 0.0 if leg is None else float(dmath.hypot(leg[-1, 0] - leg[0, 0], leg[-1, 1] - leg[0, 1]))
 
 
 def _stopped_by(leg: Floats | None, pose: Pose) -> Point | None:
@@ -100,7 +120,7 @@ def _stopped_by(leg: Floats | None, pose: Pose) -> Point | None:
     if leg is None or len(leg) < 2:
         return None
     off = dmath.hypot(leg[:, 0] - pose.x, leg[:, 1] - pose.y)
-    if off[-1] < ARRIVED_M or off.min() > ASTRAY_M:
+    if off[-1] < min(ARRIVED_M, 0.5 * _length(leg)) or off.min() > ASTRAY_M:
         return None
     at = int(np.argmin(off))
     ahead = np.flatnonzero(off[at:] >= BEFORE_M)

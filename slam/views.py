@@ -1,6 +1,7 @@
 """Views: what a scan from a place would show, going by what has been looked at already and is still unknown.
 
 A look from near tells more of a cell than one from afar, and what many looks did not show the next one hardly will.
+Where walls are seen squarely the robot will know better where it is.
 Must not know: ways, regions, what is chosen.
 """
 
@@ -22,6 +23,9 @@ BLOCK = 4
 NEAR_M, FAR_M = 0.6, 1.0
 """A look from so near tells as much as three, one from so far as two, one from further as one."""
 
+ASIDE = 3
+"""So many rays beside the foot of a perpendicular, 34°, a wall is farther by a fifth."""
+
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
 """How much of a cell's unknown is left after so many looks, of SCALE."""
@@ -29,75 +33,122 @@ LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist
 
 @dataclass(frozen=True)
 class Views:
-    """Places (n,) as rows and columns, and the m² that a scan there would show."""
+    """Places (n,) as rows and columns, the m² that a scan there would show, and how many ways it sees walls squarely.
+
+    `square`: 0, no wall's foot is in sight: nothing there says where the robot is; 1, those of parallel ones; 2, of
+    others too.
+    """
 
     rows: Ints
     columns: Ints
     gains: Floats
+    square: Ints
 
 
-def views_of(ranks: Ranks, reached: Bools, frontier: tuple[Ints, Ints], stations: Floats, apart_m: float) -> Views:
-    """Places that are `reached`, a scan from which might show what is behind the frontier (rows, columns).
+def lattice(ranks: Ranks, reached: Bools, apart_m: float) -> tuple[Ints, Ints]:
+    """Rows and columns of places nearly so far apart.
 
-    `stations` (k, 2) in metres are where the robot has scanned; the places keep `apart_m` off these, and stand nearly
-    as far from one another.
+    On lines of the grid, not of the board, which begins elsewhere as the grid grows.
     """
-    rows, columns = _lattice(ranks, reached, max(1, int(0.9 * apart_m / ranks.cell_m)))
-    y, x = (rows + ranks.bottom + 0.5) * ranks.cell_m, (columns + ranks.left + 0.5) * ranks.cell_m
-    dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
-    away = (dx * dx + dy * dy >= apart_m * apart_m).all(axis=1)
-    rows, columns = rows[away], columns[away]
+    step = max(1, int(0.9 * apart_m / ranks.cell_m))
+    rows = np.arange(-ranks.bottom % step, ranks.shape[0], step)
+    columns = np.arange(-ranks.left % step, ranks.shape[1], step)
+    r, c = np.nonzero(reached[rows[:, None], columns])
+    return rows[r], columns[c]
+
+
+def views_of(
+    ranks: Ranks, places: tuple[Ints, Ints], frontier: tuple[Ints, Ints], stations: Floats, apart_m: float
+) -> tuple[Views, Floats]:
+    """Those of the places (rows, columns) a scan from which might show what is behind the frontier (rows, columns).
+
+    `stations` (k, 2) in metres are where the robot has scanned; the places keep `apart_m` off these. With them the
+    distance of each to the nearest station, metres.
+    """
+    rows, columns = places
     dr, dc = rows[:, None] - frontier[0], columns[:, None] - frontier[1]
     reach = int(STEPS * STEP_M / ranks.cell_m * 0.8)
     near = (dr * dr + dc * dc <= reach * reach).any(axis=1)
     rows, columns = rows[near], columns[near]
-    return Views(rows, columns, _gains(rows, columns, ranks, stations))
+    y: Floats = (rows.astype(np.float64) + (ranks.bottom + 0.5)) * ranks.cell_m
+    x: Floats = (columns.astype(np.float64) + (ranks.left + 0.5)) * ranks.cell_m
+    scanned = _about(stations, x, y)
+    dy, dx = y[:, None] - scanned[:, 1], x[:, None] - scanned[:, 0]
+    square = (dx * dx + dy * dy).min(axis=1, initial=4.0 * STEPS * STEPS * STEP_M * STEP_M)
+    away = square >= apart_m * apart_m
+    rows, columns = rows[away], columns[away]
+    return _seen(rows, columns, ranks, scanned), np.sqrt(square[away])
 
 
-def _lattice(ranks: Ranks, reached: Bools, step: int) -> tuple[Ints, Ints]:
-    """Rows and columns; on lines of the grid, not of the board, which begins elsewhere as the grid grows."""
-    rows = np.arange(-ranks.bottom % step, ranks.shape[0], step)
-    columns = np.arange(-ranks.left % step, ranks.shape[1], step)
-    there = reached[rows[:, None], columns]
-    r, c = np.nonzero(there)
-    return rows[r], columns[c]
+def _about(stations: Floats, x: Floats, y: Floats) -> Floats:
+    """The stations that may have looked at what is seen from there."""
+    if not len(x):
+        return stations[:0]
+    far = 2.0 * STEPS * STEP_M
+    sx, sy = stations[:, 0], stations[:, 1]
+    near = (sx > x.min() - far) & (sx < x.max() + far) & (sy > y.min() - far) & (sy < y.max() + far)
+    return np.asarray(stations[near])
 
 
-def _left(ranks: Ranks, stations: Floats, edge: int) -> Ints:
-    """How much of each cell's unknown is left, of SCALE; nothing of cells that are known.
+def _seen(rows: Ints, columns: Ints, ranks: Ranks, stations: Floats) -> Views:
+    """What each place would show, nothing occupied between."""
+    if not len(rows):
+        return Views(rows, columns, np.zeros(0), rows)
+    dr, dc, area = _rays(ranks.cell_m)
+    reach = int(STEPS * STEP_M / ranks.cell_m) + 1
+    bottom, left = int(rows.min()) - reach, int(columns.min()) - reach
+    shape = int(rows.max()) + reach + 1 - bottom, int(columns.max()) + reach + 1 - left
+    unknown = _window(ranks, ranks.unknown, bottom, left, shape, beyond=True)
+    solid = _window(ranks, ranks.occupied, bottom, left, shape, beyond=False)
+    worth = np.where(unknown, _left(ranks, stations, bottom, left, shape), 0)
+    cells = ((rows - bottom)[:, None, None] + dr) * shape[1] + ((columns - left)[:, None, None] + dc)
+    clear = ~np.logical_or.accumulate(solid.reshape(-1)[cells], axis=2)
+    shown = worth.reshape(-1)[cells] * area * clear
+    total = np.cumsum(shown.reshape(len(rows), RAYS * STEPS), axis=1)[:, -1]
+    gains = np.asarray(total * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
+    return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)))
 
-    (h + 2 · edge, w + 2 · edge): so many blocks' cells beyond the grid, too, for what was looked at there is unknown.
-    """
-    height, width = (-(-side // BLOCK) + 2 * edge // BLOCK for side in ranks.shape)
-    y = ((np.arange(height) + 0.5) * BLOCK + (ranks.bottom - edge)) * ranks.cell_m
-    x = ((np.arange(width) + 0.5) * BLOCK + (ranks.left - edge)) * ranks.cell_m
+
+def _window(ranks: Ranks, mask: int, bottom: int, left: int, shape: tuple[int, int], *, beyond: bool) -> Bools:
+    """Cells (h, w) of a board from (bottom, left) on, which may lie beyond the grid."""
+    window = np.full(shape, beyond)
+    low, far = max(bottom, 0), max(left, 0)
+    top, right = min(bottom + shape[0], ranks.shape[0]), min(left + shape[1], ranks.shape[1])
+    window[low - bottom : top - bottom, far - left : right - left] = ranks.array(mask)[low:top, far:right]
+    return window
+
+
+def _left(ranks: Ranks, stations: Floats, bottom: int, left: int, shape: tuple[int, ...]) -> Ints:
+    """How much of each cell's unknown is left, of SCALE, in a window (h, w) of the cells."""
+    low, far = (bottom + ranks.bottom) // BLOCK, (left + ranks.left) // BLOCK
+    height = (bottom + ranks.bottom + shape[0] - 1) // BLOCK - low + 1
+    width = (left + ranks.left + shape[1] - 1) // BLOCK - far + 1
+    y = ((np.arange(height) + (low + 0.5)) * BLOCK) * ranks.cell_m
+    x = ((np.arange(width) + (far + 0.5)) * BLOCK) * ranks.cell_m
     dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
     square = (dy * dy)[:, None, :] + (dx * dx)[None, :, :]
-    near, middle, far = (np.count_nonzero(square < m * m, axis=2) for m in (NEAR_M, FAR_M, STEPS * STEP_M))
-    looks = near + middle + far
-    left = np.array(LEFT, dtype=np.int64)[np.minimum(looks, len(LEFT) - 1)]
-    unknown = _edged(ranks.unknown, ranks, edge, beyond=True)
-    cells = np.repeat(np.repeat(left, BLOCK, axis=0), BLOCK, axis=1)[: unknown.shape[0], : unknown.shape[1]]
-    return np.asarray(np.where(unknown, cells, 0))
+    near, middle, reach = (np.count_nonzero(square < m * m, axis=2) for m in (NEAR_M, FAR_M, STEPS * STEP_M))
+    left_over = np.array(LEFT, dtype=np.int64)[np.minimum(near + middle + reach, len(LEFT) - 1)]
+    cells = np.repeat(np.repeat(left_over, BLOCK, axis=0), BLOCK, axis=1)
+    row, column = bottom + ranks.bottom - low * BLOCK, left + ranks.left - far * BLOCK
+    return np.asarray(cells[row : row + shape[0], column : column + shape[1]])
 
 
-def _gains(rows: Ints, columns: Ints, ranks: Ranks, stations: Floats) -> Floats:
-    """m² of unknown that each place would show, nothing occupied between."""
-    dr, dc, area = _rays(ranks.cell_m)
-    edge = -(-int(np.abs(dr).max()) // BLOCK) * BLOCK  # so far the rays go
-    r, c = rows[:, None, None] + (dr + edge), columns[:, None, None] + (dc + edge)
-    clear = ~np.logical_or.accumulate(_edged(ranks.occupied, ranks, edge, beyond=False)[r, c], axis=2)
-    worth = _left(ranks, stations, edge)[r, c] * area * clear
-    total = np.cumsum(worth.reshape(len(rows), RAYS * STEPS), axis=1)[:, -1] if len(rows) else np.zeros(0)
-    return np.asarray(total * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
+def _square(clear: Ints) -> Ints:
+    """From how many ways walls are seen squarely, by how many steps each ray (n, RAYS) goes until it meets one.
 
-
-def _edged(mask: int, ranks: Ranks, edge: int, *, beyond: bool) -> Bools:
-    """A board as cells, with an edge about it."""
-    height, width = ranks.shape
-    cells = np.full((height + 2 * edge, width + 2 * edge), beyond)
-    cells[edge : edge + height, edge : edge + width] = ranks.array(mask)[:, :width]
-    return cells
+    The foot of a perpendicular is where rays are shortest; to both sides they are longer, if only a little at first.
+    """
+    feet = clear < STEPS
+    for side in (-1, 1):
+        for beside in range(1, ASIDE):
+            feet &= clear <= np.roll(clear, side * beside, axis=1)
+        feet &= clear < np.roll(clear, side * ASIDE, axis=1)
+    ways = feet[:, : RAYS // 2] | feet[:, RAYS // 2 :]
+    across = np.zeros_like(ways)
+    for turn in range(RAYS // 8, 3 * RAYS // 8 + 1):  # by 45° to 135°
+        across |= ways & np.roll(ways, turn, axis=1)
+    return np.asarray(ways.any(axis=1).astype(np.int64) + across.any(axis=1))
 
 
 @cache

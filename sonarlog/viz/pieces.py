@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from slam.frontier import FrontierConfig
+from slam.frontier_config import FrontierConfig
 from slam.grid import TILE, Cells, Grid
 from slam.regions import frontier_of, ranks_of
 from sonarlog.log import Floats

@@ -1,0 +1,35 @@
+"""The settings of block I.
+
+Must not know: how they are used.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FrontierConfig:
+    """Which regions count, how far from walls the robot keeps, what the way costs, and when to scan on the way."""
+
+    min_cells: int = 6
+    chink_cells: int = 2  # unknown stretches nowhere wider than twice as many cells are left
+    piece_m: float = 1.0  # regions are cut into pieces so large
+    robot_radius_m: float = 0.18
+    margin_m: float = 0.10
+    clear_m: float = 0.35  # a way that keeps so much more off walls, and off the unknown, costs half
+    heard_m: float = 0.8  # so far about a scan nothing stands, but for what answered from nearer
+    settle_m: float = 0.7  # added to every way: a near goal is not infinitely good
+    min_gain_m2: float = 0.25  # for less no robot moves …
+    more_gain_m2: float = 0.12  # … nor for so much less a metre of way …
+    enough_gain_m2: float = 1.4  # … but it does for this
+    picky_m2: float = 40.0  # in a place larger than this, all that in proportion
+    apart_m: float = 0.65  # nearer than this to a scan another is worth less in proportion
+    most_gain_m2: float = 2.0  # a view that promises more is not better
+    lost: float = 0.1  # a view that sees no wall squarely is worth so much less, and one that sees none across as well
+    vain_m: float = 0.5  # so near to where the robot could not get to …
+    vain_share: float = 0.4  # … a view is worth so much less, each time
+    stay: float = 1.3  # what the goal chosen before is worth more
+    leg_m: float = 0.9  # from scan to scan where nobody stood before
+    known_leg_m: float = 1.8  # where the walls were seen from near the next place already
+    known_m: float = 0.6
+    block_m: float = 0.15  # the size of what was in the way
+    block_sweeps: int = 12  # so long it is believed to be there

@@ -1,0 +1,122 @@
+"""Where the robot's centre may be: where the map is free, where it has driven, and what lies close about a scan.
+
+The nearest point of any surface is the foot of a perpendicular, a corner or an edge, and all of these answer: so in a
+circle about a scan that reaches as far as the nearest thing known, there is nothing, drawn or not.
+Must not know: regions, views, what is chosen.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from slam.boards import board, stride_of, within
+from slam.dmath import Floats
+from slam.frontier_config import FrontierConfig
+from slam.geometry import Bools, Pose
+from slam.intent import Intent
+from slam.planning import Ground
+from slam.regions import Ranks
+from slam.sweep import Ints
+
+COARSE = 2
+"""Cells of the map a side of one cell of the ground; the map's tiles hold a whole number of them."""
+
+TRAIL_M = 0.20
+"""Half the width of the way that the robot surely has where it has driven."""
+
+
+def spare_cells(config: FrontierConfig, cell_m: float) -> int:
+    """By so many cells masks grow here."""
+    return _radius(config, cell_m) + int(config.clear_m / cell_m + 0.5)
+
+
+def heard_from(ranks: Ranks, here: Pose, config: FrontierConfig) -> int:
+    """The circle about a scan that nothing stands in: its radius in cells of the map."""
+    most = int(config.heard_m / ranks.cell_m)
+    row, column = (int(value // ranks.cell_m) for value in (here.y, here.x))
+    bottom, left = row - ranks.bottom - most, column - ranks.left - most
+    low, far = max(bottom, 0), max(left, 0)
+    near = ranks.array(ranks.occupied)[low : max(low, bottom + 2 * most + 1), far : max(far, left + 2 * most + 1)]
+    rows, columns = np.nonzero(near)
+    dr, dc = rows + (low - bottom - most), columns + (far - left - most)
+    nearest = int((dr * dr + dc * dc).min(initial=(most + 1) * (most + 1)))
+    return max(k for k in range(most + 1) if k == 0 or k * k < nearest)
+
+
+def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Ground:
+    """On cells that are free, or close about a scan, and keep the robot's radius away from anything occupied.
+
+    And where it has been, whatever the map says now; but not where something was in its way since.
+    """
+    clear = int(config.clear_m / ranks.cell_m + 0.5)
+    blocks = np.array([(block.x, block.y) for block in known.blocks]).reshape(-1, 2)
+    trail = _discs(known.driven(poses), ranks, TRAIL_M) & ~_discs(blocks, ranks, config.block_m + config.robot_radius_m)
+    solid = (ranks.occupied | _discs(blocks, ranks, config.block_m)) & ~trail
+    keep_off = within(solid, ranks.stride, _radius(config, ranks.cell_m))
+    heard = _heard(ranks, poses, known.heard)
+    near = within((keep_off & ranks.open) | (ranks.unknown & ~heard), ranks.stride, clear) & ranks.everywhere
+    passable = ranks.array(((ranks.open | heard) & ~keep_off) | trail)
+    rows, columns = ranks.shape[0] // COARSE, ranks.stride // COARSE
+    stride = stride_of(columns, 1)
+
+    def coarse(cells: Bools) -> Bools:
+        return np.asarray(cells.reshape(rows, COARSE, columns, COARSE).any(axis=(1, 3)))
+
+    may = ~coarse(~passable)
+    return Ground(
+        board(may, stride),
+        stride,
+        (rows, columns),
+        ranks.left // COARSE,
+        ranks.bottom // COARSE,
+        ranks.cell_m * COARSE,
+        tight=board(may & coarse(ranks.array(near)), stride),
+        solid=board(coarse(ranks.array(solid)), stride),
+    )
+
+
+def fine(reached: Bools, ground: Ground) -> Bools:
+    """Cells of the map (h, w) of cells of the ground."""
+    cells = reached.reshape(-1, ground.stride)[:, : ground.shape[1]]
+    return np.repeat(np.repeat(cells, COARSE, axis=0), COARSE, axis=1)
+
+
+def _radius(config: FrontierConfig, cell_m: float) -> int:
+    return int((config.robot_radius_m + config.margin_m) / cell_m + 0.5)
+
+
+def _places(points: Floats, cell_m: float, bottom: int, left: int) -> tuple[Ints, Ints]:
+    rows = np.floor(points[:, 1] / cell_m).astype(np.int64) - bottom
+    return rows, np.floor(points[:, 0] / cell_m).astype(np.int64) - left
+
+
+def _discs(points: Floats, ranks: Ranks, radius_m: float) -> int:
+    """Discs about points (n, 2), as a board."""
+    rows, columns = _places(points, ranks.cell_m, ranks.bottom, ranks.left)
+    inside = (rows >= 0) & (rows < ranks.shape[0]) & (columns >= 0) & (columns < ranks.shape[1])
+    cells = np.zeros((ranks.shape[0], ranks.stride), dtype=np.bool_)
+    cells[rows[inside], columns[inside]] = True
+    return within(ranks.board(cells), ranks.stride, int(radius_m / ranks.cell_m + 0.5)) & ranks.everywhere
+
+
+def _heard(ranks: Ranks, poses: tuple[Pose, ...], heard: Ints) -> int:
+    """The circles about the last scans that are free of anything that answers, cell of the ground by cell."""
+    scans = np.array([(pose.x, pose.y) for pose in poses[len(poses) - len(heard) :]]).reshape(-1, 2)
+    coarse_m = ranks.cell_m * COARSE
+    rows, columns = _places(scans, coarse_m, ranks.bottom // COARSE, ranks.left // COARSE)
+    cells = np.zeros((ranks.shape[0] // COARSE, ranks.stride // COARSE), dtype=np.bool_)
+    for radius in range(1, int(heard.max(initial=0)) // COARSE + 1):
+        mine = np.flatnonzero(heard // COARSE == radius)
+        dr, dc = _disc(radius)
+        r, c = rows[mine, None] + dr, columns[mine, None] + dc
+        inside = (r >= 0) & (r < cells.shape[0]) & (c >= 0) & (c < ranks.shape[1] // COARSE)
+        cells[r[inside], c[inside]] = True
+    return ranks.board(np.repeat(np.repeat(cells, COARSE, axis=0), COARSE, axis=1))
+
+
+@cache
+def _disc(radius: int) -> tuple[Ints, Ints]:
+    side = np.arange(-radius, radius + 1)
+    rows, columns = np.repeat(side, len(side)), np.tile(side, len(side))
+    inside = rows * rows + columns * columns < radius * radius
+    return rows[inside], columns[inside]
