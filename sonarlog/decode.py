@@ -26,6 +26,10 @@ UNBRIDGEABLE_NS = 5_000_000_000
 """After so long a silence the robot may have turned by more than half a turn, or been carried: odometry starts anew."""
 
 
+COAST_NS = 1_500_000_000
+"""So long a robot goes on when the line falls silent, more or less: its watchdog waits for two seconds."""
+
+
 class Pose(NamedTuple):
     """Where odometry has the robot: µm, µm, 1/TURN of a turn, unwrapped, from the first SIP on."""
 
@@ -139,8 +143,8 @@ class WireDecoder:
         note = self._break_or_gap(t_ns, step, sent_ns)
         if self._last is None or self._broken:
             self._session += self._last is not None
+            odometer.begin(sip.heading, self._missed(sent_ns))
             self._last = None
-            odometer.begin(sip.heading)
         else:
             odometer.go(step)
         self._broken = False
@@ -148,6 +152,12 @@ class WireDecoder:
         readings = tuple(self._readings(sent_ns, sip, pose))
         self._last = _Last(t_ns, sent_ns, position, pose)
         return Sample(t_ns, sip, self._session, pose, readings, note)
+
+    def _missed(self, sent_ns: int) -> int:
+        """How many SIPs' way the robot will have gone unheard: it goes on until somebody or its watchdog stops it."""
+        if self._last is None or sent_ns - self._last.sent_ns < COAST_NS:
+            return 0
+        return COAST_NS // (self.robot.sip_cycle_ms * 1_000_000)
 
     def _break_or_gap(self, t_ns: int, step: tuple[int, int, int], sent_ns: int) -> str:
         """Look at the step from the SIP before; say what is wrong and mark odometry broken if it cannot go on."""

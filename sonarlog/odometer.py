@@ -24,6 +24,7 @@ class Odometer:
 
     def __init__(self, robot: Robot) -> None:
         self._units = (0, 0, 0)  # since it began, unwrapped
+        self._step = (0, 0, 0)  # the last one
         self._base: Place = (0, 0, 0)  # where it began
         self._axes: tuple[float, float] | None = None  # cosine and sine of how its axes lie; None: as ours
         self.become(robot)
@@ -33,9 +34,11 @@ class Odometer:
         self._nm = round(robot.mm_per_unit * 1e6)
         self._turn = robot.heading_units_per_turn
 
-    def begin(self, heading: int) -> None:
-        """It counts anew, and says so far that heading."""
-        self._base, self._units = self.place(), (0, 0, 0)
+    def begin(self, heading: int, missed: int = 0) -> None:
+        """It counts anew, and says so far that heading; so many steps like the last one are taken to be missed."""
+        x, y, turned = (now + missed * step for now, step in zip(self._units, self._step, strict=True))
+        self._units = (x, y, turned)
+        self._base, self._units, self._step = self.place(), (0, 0, 0), (0, 0, 0)
         off = (self._base[2] - self._heading(heading)) % TURN
         sine, cosine = dmath.sincos(off * RADIANS)
         self._axes = (cosine, sine) if off else None
@@ -48,7 +51,7 @@ class Odometer:
     def go(self, step: Units) -> None:
         """By so much it has gone on."""
         (x, y, heading), (dx, dy, turned) = self._units, step
-        self._units = (x + dx, y + dy, heading + turned)
+        self._units, self._step = (x + dx, y + dy, heading + turned), step
 
     def place(self) -> Place:
         """Where the robot is."""

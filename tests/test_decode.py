@@ -45,6 +45,15 @@ def test_after_a_reset_the_robot_goes_on_the_way_it_looks() -> None:
     assert found[1:] == [Pose(1_000_000, 0, TURN // 4)] * 2 + [Pose(900_000, 200_000, TURN // 8 * 3)]
 
 
+def test_a_robot_that_falls_silent_on_the_way_is_taken_to_go_on_for_a_while() -> None:
+    """Until its watchdog stops it; one that stands, or was reset, stays where it was."""
+    driving = [(100 * k, Sip(30 * k)) for k in range(3)]
+    back = (8000, Sip(60))
+    assert poses(decode(*driving, back))[-1] == Pose(60_000 + 15 * 30_000, 0, 0)
+    assert poses(decode(*driving, (300, Sip(60)), back))[-1] == Pose(60_000, 0, 0)
+    assert poses(decode(*driving, (250, Reset()), (700, Sip())))[-1] == Pose(60_000, 0, 0)
+
+
 def test_factors_are_applied_to_the_sum_so_that_rounding_does_not_add_up() -> None:
     decoder = WireDecoder(load_robot("amigo"))
     for step in range(1001):

@@ -177,6 +177,8 @@ class Explorer(Follower):
             tries, best_m = (0, path.length_m) if path is not None and nearer else (tries + 1, best_m)
             if path is not None:
                 yield from self._along(carried(path.points[: (HOME_LEG if self.sure else CREEP_LEG) + 1], step))
+            if not self.sure:
+                best_m = inf  # interrupted: that was no failure of the way
             here = self._pose(step)
             if not self.sure or hypot(here.x - start.x, here.y - start.y) >= NEAR_HOME_M:
                 yield from self._look_round()
