@@ -62,12 +62,15 @@ ALGORITHMS = {
         ),
         Algorithm(
             "paper",
-            1,
-            "the paper's blocks, but only strong RCDs are walls, points are told from walls, and shifts have a price",
-            chaining.associate_chains,
-            chaining.localise_by(search),
+            2,
+            "the paper's blocks, but only strong RCDs are walls, points are told from walls, corrections are weighed",
+            chaining.recognise_chains,
+            chaining.localise_by_weight,
             # A search in whole degrees and 5 cm cells leaves half of each; from station to station they add up.
-            Config(localisation=FINE),
+            Config(
+                association=AssociationConfig(d2_m=2.0),
+                localisation=LocalisationConfig(angle_step_deg=0.1, window=51, cell_m=0.01),
+            ),
         ),
         Algorithm(
             "graph",

@@ -36,12 +36,13 @@ OPEN, WALL, POINT = 0, 1, 2
 
 @dataclass(frozen=True)
 class Member:
-    """A wall in the map: the `sweep` that saw it, and the `chain` that it is a link of."""
+    """A wall in the map: the `sweep` that saw it, the `chain` that it is a link of, its bearing good to `sigma` rad."""
 
     chain: int
     sweep: int
     segment: Segment
     nature: int = OPEN
+    sigma: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -64,13 +65,18 @@ class Chains:
         """The members as rows (m, 7): α, ρ, the ends' x and y, and the chain's number."""
         return _rows(self.members)
 
-    def joined(self, walls: list[tuple[int | None, int, Segment]], sweep: int) -> "Chains":
-        """With the walls linked in: each (chain, nature, segment) to its chain, or to a new one for None."""
+    def joined(
+        self, walls: list[tuple[int | None, int, Segment]], sweep: int, sigmas: tuple[float, ...] = ()
+    ) -> "Chains":
+        """With the walls linked in: each (chain, nature, segment) to its chain, or to a new one for None.
+
+        `sigmas` are those of the walls' bearings, in rad, for whoever weighs by them.
+        """
         members, roots = list(self.members), list(self.roots)
-        for chain, nature, wall in walls:
+        for (chain, nature, wall), sigma in zip(walls, sigmas or [0.0] * len(walls), strict=True):
             if chain is None:
                 roots.append(len(members))
-            members.append(Member(len(roots) - 1 if chain is None else chain, sweep, wall, nature))
+            members.append(Member(len(roots) - 1 if chain is None else chain, sweep, wall, nature, sigma))
         longer = Chains(tuple(members), tuple(roots))
         # A log of a kilometre has thousands of members; they are not put into rows anew at every sweep.
         vars(longer)["table"] = np.concatenate([self.table, _rows(longer.members[len(self.members) :])])
@@ -174,8 +180,8 @@ def nature_of(
     Told by the member whose station lies least far along the wall from here, but far enough; OPEN while none does.
     From far away a corner at the end of a wall looks like a piece of it.
     """
-    foot = _foot(wall, here)
-    distance = dmath.hypot(foot[0] - here.x, foot[1] - here.y)
+    spot = foot(wall, here)
+    distance = dmath.hypot(spot[0] - here.x, spot[1] - here.y)
     enough = max(config.parallax_m, config.parallax_of_distance * distance)
     alpha = np.array([member.segment.alpha for member in members])
     x, y = (np.array([getattr(poses[member.sweep], name) for member in members]) for name in ("x", "y"))
@@ -185,13 +191,13 @@ def nature_of(
     if not len(far):
         return OPEN
     best = int(far[np.argmin(np.abs(moved[far]))])
-    was = _foot(members[best].segment, poses[members[best].sweep])
-    followed = float(cosine[best]) * (foot[1] - was[1]) - float(sine[best]) * (foot[0] - was[0])
+    was = foot(members[best].segment, poses[members[best].sweep])
+    followed = float(cosine[best]) * (spot[1] - was[1]) - float(sine[best]) * (spot[0] - was[0])
     along = float(moved[best])
     return WALL if abs(followed - along) < 0.5 * abs(along) else POINT
 
 
-def _foot(wall: Segment, station: Pose) -> tuple[float, float]:
+def foot(wall: Segment, station: Pose) -> tuple[float, float]:
     """The point of the wall's line nearest to a station, in the map frame."""
     sine, cosine = dmath.sincos(wall.alpha)
     off = wall.rho - (cosine * station.x + sine * station.y)

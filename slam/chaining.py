@@ -2,13 +2,16 @@
 
 from collections.abc import Callable
 
+from slam import dmath
 from slam.association import Association, Chains, associate
 from slam.config import Config
 from slam.features import Wall
-from slam.geometry import Pose
+from slam.geometry import Pose, wrap
 from slam.localisation import Localisation, LocalisationConfig
+from slam.recognition import recognise
 from slam.self_calibration import Calibrated, Calibration
 from slam.track import Track
+from slam.weighing import weigh, with_drift
 
 Search = Callable[[Pose, Association, Chains, LocalisationConfig], Localisation]
 
@@ -32,3 +35,33 @@ def localise_by(
         return found, Track((*track.poses, found.pose), chains), calibrated.calibration
 
     return localise
+
+
+def recognise_chains(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config: Config) -> Association:
+    """Each wall to the chain that it fits best, as a wall or as a point [III.E]."""
+    return recognise(walls, track.chains, track.poses, calibrated.predicted, config.association, config.recognition)
+
+
+def localise_by_weight(
+    calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
+) -> tuple[Localisation, Track, Calibration]:
+    """One pose after the other, by weight; what the robot had to be turned by tells the drift of its wheels."""
+    sigmas = tuple(wall.sigma for wall in walls)
+    found = weigh(
+        calibrated.predicted,
+        association,
+        sigmas,
+        track.chains,
+        track.poses,
+        config.localisation,
+        config.recognition,
+        config.weighing,
+    )
+    placed = tuple(wall.segment.moved(found.pose) for wall in walls)
+    chains = track.chains.joined(association.chained(placed), len(track.poses), sigmas)
+    learnt, motion = calibrated.calibration, calibrated.motion
+    if motion is not None and association.links:
+        turn = wrap(found.pose.theta - calibrated.predicted.theta)
+        metres = dmath.hypot(motion.x, motion.y)
+        learnt = with_drift(learnt, turn, metres, len(track.poses), config.weighing)
+    return found, Track((*track.poses, found.pose), chains), learnt

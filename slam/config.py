@@ -11,9 +11,11 @@ from slam.frontier_config import FrontierConfig
 from slam.graph.config import GraphConfig
 from slam.grid import LIMIT
 from slam.localisation import LocalisationConfig
+from slam.recognition import RecognitionConfig
 from slam.reliability import ReliabilityConfig
 from slam.rendering import MapConfig
 from slam.self_calibration import SelfCalibrationConfig
+from slam.weighing import WeighingConfig
 
 KINDS: dict[type, str] = {int: "a whole number", float: "a number", bool: "true or false"}
 
@@ -31,6 +33,13 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "localisation.angle_step_deg": (0.01, 45.0),
     "localisation.window": (1, 501),
     "localisation.cell_m": (0.001, 1.0),
+    "recognition.along_m": (1e-4, 1.0),
+    "recognition.heading_deg": (0.001, 45.0),
+    "weighing.bearing_sigma_deg": (0.001, 45.0),
+    "weighing.distance_sigma_m": (1e-4, 1.0),
+    "weighing.turn_sigma_deg": (0.001, 45.0),
+    "weighing.shift_sigma_m": (1e-4, 1.0),
+    "weighing.drift_m2": (0.01, 1e6),
     "graph.window": (1, LIMIT),
     "graph.iterations": (1, LIMIT),
     "graph.kernel": (0.1, 100.0),
@@ -70,7 +79,9 @@ class Config:
     reliability: ReliabilityConfig = field(default_factory=ReliabilityConfig)
     features: FeatureConfig = field(default_factory=FeatureConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
+    recognition: RecognitionConfig = field(default_factory=RecognitionConfig)
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
+    weighing: WeighingConfig = field(default_factory=WeighingConfig)
     graph: GraphConfig = field(default_factory=GraphConfig)
     map: MapConfig = field(default_factory=MapConfig)
     frontier: FrontierConfig = field(default_factory=FrontierConfig)

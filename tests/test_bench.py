@@ -56,7 +56,7 @@ def test_worlds() -> None:
 
 def test_contenders_are_algorithms_with_settings() -> None:
     plain, changed = (contender(text, value_of) for text in ("paper", "paper+association.d2_m=0.8"))
-    assert plain.algorithm.config.association.d2_m == 0.5
+    assert plain.algorithm.config.association.d2_m == 2.0
     assert changed.algorithm.config.association.d2_m == 0.8
     assert changed.label == "paper+association.d2_m=0.8"
     with pytest.raises(BadPlan, match=r"'d2' is no BLOCK\.KEY=VALUE"):

@@ -242,7 +242,7 @@ def drive(name: str, stations: int, spacing: float, kick_at: int, kick_deg: floa
 def test_a_heading_step_in_odometry_is_gone_at_the_next_station() -> None:
     steps = drive("paper", 22, 0.8, 1, 3.0)
     assert steps[1].pose.theta / DEGREE == pytest.approx(0.0, abs=0.05)
-    assert [step.pose.theta / DEGREE for step in steps] == pytest.approx([0.0] * 22, abs=0.55)  # a step of the search
+    assert [step.pose.theta / DEGREE for step in steps] == pytest.approx([0.0] * 22, abs=0.55)
     last = steps[-1].pose
     assert math.hypot(last.x - 16.8, last.y) <= 0.10
     raw = drive("odometry", 22, 0.8, 1, 3.0)[-1].pose

@@ -1,0 +1,85 @@
+"""Blocks E and F of `paper`: points seen as the walls they answer like, roots that must fit, corrections weighed."""
+
+import math
+
+import pytest
+
+from slam.algorithms import algorithm
+from slam.association import POINT, WALL, Association, AssociationConfig, Chains, Link, Member
+from slam.dmath import DEGREE
+from slam.features import Wall
+from slam.geometry import ORIGIN, Pose, Segment, segment
+from slam.localisation import Localisation
+from slam.recognition import RecognitionConfig, place_of, recognise
+from slam.weighing import WeighingConfig, weigh
+
+CONFIG = algorithm("paper").config
+AHEAD, LEFT, RIGHT = (
+    segment(0.0, 3.0, -0.5, 0.5),
+    segment(90 * DEGREE, 1.0, -0.2, 0.2),
+    segment(-90 * DEGREE, 1.0, -0.2, 0.2),
+)
+
+
+def sighting(x: float, y: float, station: Pose, tilt_deg: float = 0.0) -> Segment:
+    """What a point at (x, y) answers like from a station, in the map frame."""
+    alpha = math.atan2(y - station.y, x - station.x) + tilt_deg * DEGREE
+    distance = math.hypot(x - station.x, y - station.y)
+    return segment(alpha, distance, -0.3, 0.3).moved(Pose(station.x, station.y, 0.0))
+
+
+def test_a_point_stands_where_lines_of_sight_cross_however_bad_the_bearings() -> None:
+    stations = (ORIGIN, Pose(2.0, 0.0, 0.0))
+    members = [
+        Member(0, 0, sighting(1.0, 2.0, stations[0], 3.0), POINT, 3 * DEGREE),
+        Member(0, 1, sighting(1.0, 2.0, stations[1], 3.0), POINT, 3 * DEGREE),
+    ]
+    place = place_of(members, stations, RecognitionConfig())
+    assert (place.x, place.y) == pytest.approx((1.0, 2.0), abs=0.04)  # each alone is off by 12 cm
+    alpha, rho = place.line(Pose(1.0, 0.0, 0.0))
+    assert (alpha / DEGREE, rho) == pytest.approx((90.0, 2.0), abs=2.5)
+
+
+def test_a_point_is_recognised_from_where_its_foot_would_have_left_it_as_a_wall() -> None:
+    stations = (ORIGIN, Pose(0.5, 0.0, 0.0))
+    chains = Chains().joined([(None, 0, sighting(1.0, 2.0, stations[0]))], 0)
+    chains = chains.joined([(0, POINT, sighting(1.0, 2.0, stations[1]))], 1)
+    here = Pose(2.0, 0.0, 0.0)  # where it looks 53° from its root
+    wall = Wall(0, sighting(1.0, 2.0, here).moved(Pose(-2.0, 0.0, 0.0)))
+    found = recognise((wall,), chains, stations, here, AssociationConfig(), RecognitionConfig())
+    assert [(link.chain, link.nature) for link in found.links] == [(0, POINT)]
+
+
+def test_who_fits_a_member_but_not_the_root_does_not_join() -> None:
+    root, member, wall = (segment(a * DEGREE, 2.0, -0.4, 0.4) for a in (0.0, 9.0, 18.0))
+    chains = Chains().joined([(None, 0, root)], 0).joined([(0, WALL, member)], 1)
+    stations, here = (ORIGIN, Pose(0.0, 0.3, 0.0)), ORIGIN
+    of_member = recognise(
+        (Wall(0, wall),), chains, stations, here, AssociationConfig(), RecognitionConfig(explained=2.0)
+    )
+    assert [link.chain for link in of_member.links if link.nature == WALL] == []
+
+
+def corrected(walls: list[Segment], roots: list[Segment]) -> Localisation:
+    chains = Chains().joined([(None, WALL, root) for root in roots], 0)
+    links = tuple(Link(k, k, k, 0.0, 0.0, 0.0, WALL) for k in range(len(walls)))
+    association = Association(links, (), tuple(walls))
+    sigmas = (0.5 * DEGREE,) * len(walls)
+    return weigh(
+        ORIGIN, association, sigmas, chains, (ORIGIN,), CONFIG.localisation, RecognitionConfig(), WeighingConfig()
+    )
+
+
+def turned(wall: Segment, degrees: float) -> Segment:
+    return wall.moved(Pose(0.0, 0.0, degrees * DEGREE))
+
+
+def test_one_wall_alone_cannot_turn_the_robot_far_and_two_that_agree_can() -> None:
+    assert abs(corrected([turned(LEFT, 8.0)], [LEFT]).turn_deg) <= 1.5
+    assert corrected([turned(LEFT, 8.0), turned(AHEAD, 8.0)], [LEFT, AHEAD]).turn_deg == pytest.approx(-8.0, abs=0.1)
+
+
+def test_one_false_wall_among_three_does_not_turn_it() -> None:
+    found = corrected([LEFT, RIGHT, turned(AHEAD, 9.0)], [LEFT, RIGHT, AHEAD])
+    assert abs(found.turn_deg) <= 0.3
+    assert found.shift == pytest.approx((0.0, 0.0), abs=0.015)
