@@ -11,12 +11,15 @@ from typing import TypeVar
 import numpy as np
 
 from slam import dmath
-from slam.association import OPEN, Member
+from slam.association import OPEN, POINT, WALL, Member
 from slam.dmath import Floats
 from slam.geometry import Pose
 from slam.sweep import Ints
 
 Rows = TypeVar("Rows", Ints, Floats)
+
+SURE = 3
+"""What fewer sweeps took for a wall may still be none."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,8 @@ class Pieces:
     def renewed(self, had: tuple[Member, ...], members: tuple[Member, ...]) -> "Pieces":
         """As members are now, who were these when they were `had`: only what is another object is read.
 
-        What one member of a chain tells of its nature holds for all: a point never joins a chain of walls.
+        What one member of a chain tells of its nature holds for all: a point never joins a chain of walls. But a wall
+        is known as one only when it was seen so often.
         """
         changed = not_the_same(had, members)
         news = [members[k] for k in changed]
@@ -81,11 +85,12 @@ class Pieces:
         known = np.full(int(chain.max(initial=0)) + 1, OPEN)
         tells = np.flatnonzero(told != OPEN)
         known[chain[tells]] = told[tells]
+        known[(known == WALL) & (np.bincount(chain, minlength=len(known)) < SURE)] = OPEN
         return Pieces(
             chain=chain,
             sweep=_put(self.sweep, changed, whole[:, 1], count),
             told=told,
-            nature=np.where(told == OPEN, known[chain], told),
+            nature=np.where(told == POINT, told, known[chain]),
             line=_put(self.line, changed, lines, count),
             normal=_put(self.normal, changed, np.stack([cosine, sine], axis=1), count),
             ends=_put(self.ends, changed, ends, count),

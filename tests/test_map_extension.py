@@ -187,12 +187,13 @@ def test_walls_are_drawn_as_far_as_the_walls_that_cross_them() -> None:
     np.testing.assert_allclose(cut(foot, ends, crossing), [[-1.0, 1.0, 0.6, 1.0]])
 
 
-def test_a_nature_told_by_one_member_holds_for_its_chain() -> None:
-    members = (Member(0, 0, line(0, 1, 1, 1)), Member(1, 0, line(0, 2, 1, 2)), Member(0, 1, line(0, 1, 1, 1), WALL))
-    before = Pieces.none().renewed((), members[:2])
-    assert before.nature.tolist() == [OPEN, OPEN]
-    after = before.renewed(members[:2], members)
-    assert after.nature.tolist() == [WALL, OPEN, WALL]
+def test_a_nature_told_by_one_member_holds_for_its_chain_when_it_was_seen_often_enough() -> None:
+    wall, other = line(0, 1, 1, 1), line(0, 2, 1, 2)
+    members = (Member(0, 0, wall), Member(1, 0, other), Member(0, 1, wall, WALL), Member(0, 2, wall))
+    before = Pieces.none().renewed((), members[:3])
+    assert before.nature.tolist() == [OPEN, OPEN, OPEN]
+    after = before.renewed(members[:3], members)
+    assert after.nature.tolist() == [WALL, OPEN, WALL, WALL]
     assert after.of_sweep(0) == slice(0, 2)
     assert after.of_sweeps(np.array([1])).tolist() == [2]
 
