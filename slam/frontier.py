@@ -136,13 +136,14 @@ class _Search:
         costs = STRAIGHT * np.maximum(dr, dc) + (DIAGONAL - STRAIGHT) * np.minimum(dr, dc)
         lengths = costs * (self.ground.cell_m / STRAIGHT)
         within_m, most = FIRST_M, float(lengths.max(initial=0.0))
+        ways = Ways(self.ground, self.start, _cells(rows, columns))
         while True:
             mine = lengths <= within_m
             views, away = views_of(self.ranks, (rows[mine], columns[mine]), self.frontier, self.stations, apart_m)
             worth = _worth(views, self.ranks, self.known, self.config)
             worth *= np.minimum(away / (2.0 * apart_m), 1.0)
-            cells = list(zip((views.rows // COARSE).tolist(), (views.columns // COARSE).tolist(), strict=True))
-            value, best, path = _best(worth, cells, self.ground, self.start, self.picky, self.config)
+            cells = _cells(views.rows, views.columns)
+            value, best, path = _best(worth, cells, ways, self.ground, self.start, self.picky, self.config)
             unseen = self.config.most_gain_m2 * self.config.stay / (within_m + self.config.settle_m)
             if within_m >= most or value > unseen:
                 return views, best, path
@@ -180,13 +181,23 @@ def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) ->
     return np.asarray(worth)
 
 
+def _cells(rows: Ints, columns: Ints) -> list[Cell]:
+    """Cells of the ground."""
+    return list(zip((rows // COARSE).tolist(), (columns // COARSE).tolist(), strict=True))
+
+
 def _best(
-    worth: Floats, targets: list[Cell], ground: Ground, start: Cell, picky: float, config: FrontierConfig
+    worth: Floats,
+    targets: list[Cell],
+    ways: Ways,
+    ground: Ground,
+    start: Cell,
+    picky: float,
+    config: FrontierConfig,
 ) -> tuple[float, int | None, Path | None]:
     """What the best place is worth for the way to it, the place, of equals the first, and the way."""
     left = np.flatnonzero(worth > 0.0).tolist()
     cells = {k: targets[k] for k in left}
-    ways = Ways(ground, start, list(cells.values()))
     straight = {k: least(start, cell) for k, cell in cells.items()}
     best, found, more = (0.0, 0), False, True
     while left:

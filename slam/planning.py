@@ -145,7 +145,7 @@ class Ways:
         self._waves.append(wave)
         self._cost |= dict.fromkeys(wave, cost)
         if not self._goals.keys().isdisjoint(wave):
-            self.found |= {goal: cost for place, goal in self._goals.items() if self._cost.get(place) == cost}
+            self.found |= {self._goals[place]: cost for place in wave if place in self._goals}
 
     def path(self, goal: Cell) -> Path:
         """The way to a goal that was found: of equally cheap ways the one that goes straight on from the goal back."""

@@ -21,7 +21,8 @@ BLOCK = 4
 """Cells a side of the blocks that looks are counted for."""
 
 NEAR_M, FAR_M = 0.6, 1.0
-"""A look from so near tells as much as three, one from so far as two, one from further as one."""
+"""A look from so near tells as much as three, one from so far as two, one from further as one; as to what it cannot
+tell, two from so near count, one from so far, and none from further: there, much that is open gives no echo."""
 
 ASIDE = 3
 """So many rays beside the foot of a perpendicular, 34°, a wall is farther by a fifth."""
@@ -127,8 +128,8 @@ def _left(ranks: Ranks, stations: Floats, bottom: int, left: int, shape: tuple[i
     x = ((np.arange(width) + (far + 0.5)) * BLOCK) * ranks.cell_m
     dy, dx = y[:, None] - stations[:, 1], x[:, None] - stations[:, 0]
     square = (dy * dy)[:, None, :] + (dx * dx)[None, :, :]
-    near, middle, reach = (np.count_nonzero(square < m * m, axis=2) for m in (NEAR_M, FAR_M, STEPS * STEP_M))
-    left_over = np.array(LEFT, dtype=np.int64)[np.minimum(near + middle + reach, len(LEFT) - 1)]
+    near, middle = (np.count_nonzero(square < m * m, axis=2) for m in (NEAR_M, FAR_M))
+    left_over = np.array(LEFT, dtype=np.int64)[np.minimum(near + middle, len(LEFT) - 1)]
     cells = np.repeat(np.repeat(left_over, BLOCK, axis=0), BLOCK, axis=1)
     row, column = bottom + ranks.bottom - low * BLOCK, left + ranks.left - far * BLOCK
     return np.asarray(cells[row : row + shape[0], column : column + shape[1]])

@@ -1,0 +1,84 @@
+"""Block I against worked answers: what can be driven about a scan, what sees walls squarely, what is tried again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slam.frontier import next_goal
+from slam.frontier_config import FrontierConfig
+from slam.geometry import ORIGIN, Bools, Pose
+from slam.grid import Grid, Patch
+from slam.intent import PATIENCE, Intent
+from slam.regions import Ranks, ranks_of
+from slam.terrain import ground_of, heard_from, spare_cells
+from slam.views import views_of
+
+CONFIG = FrontierConfig()
+
+
+def grid_of(free: Bools, occupied: Bools) -> Grid:
+    """About the origin, cells of 5 cm."""
+    height, width = free.shape
+    log_odds = np.where(occupied, 40, np.where(free, -40, 0)).astype(np.int16)
+    return Grid(0.05, 15, -6).extended(Patch(-width // 2, -height // 2, log_odds))
+
+
+def corridor(half_m: float, from_m: float, to_m: float, size: int = 120) -> Grid:
+    """Along x, its walls known from x to x and free between."""
+    y, x = ((np.indices((size, size)) - size // 2) + 0.5) * 0.05
+    known = (x > from_m) & (x < to_m)
+    wall = known & (np.abs(y) > half_m) & (np.abs(y) < half_m + 0.1)
+    return grid_of(known & (np.abs(y) < half_m), wall)
+
+
+def seen(grid: Grid) -> Ranks:
+    ranks = ranks_of(grid, CONFIG.chink_cells, spare_cells(CONFIG, grid.cell_m))
+    assert ranks is not None
+    return ranks
+
+
+@pytest.mark.parametrize(("half_m", "cells"), [(0.5, 10), (0.75, 15), (2.0, 16)])
+def test_nothing_stands_about_a_scan_up_to_the_nearest_thing_known(half_m: float, cells: int) -> None:
+    assert heard_from(seen(corridor(half_m, -1.0, 0.3)), ORIGIN, CONFIG) == pytest.approx(cells, abs=1)
+
+
+def test_a_corridor_is_gone_on_along_though_nothing_ahead_was_seen() -> None:
+    """Seen up to 0.2 m ahead, no end in sight: without the circle there is hardly a step to be made."""
+    grid = corridor(1.0, -2.0, 0.2)
+    ranks = seen(grid)
+    heard = Intent().hearing(heard_from(ranks, ORIGIN, CONFIG))
+    ahead = [ground_of(ranks, (ORIGIN,), known, CONFIG) for known in (Intent(), heard)]
+    farthest = [max(k for k in range(30) if g.passable >> ((g.cell(0.05 * k, 0.0)[0]) * g.stride
+                + g.cell(0.05 * k, 0.0)[1]) & 1) * 0.05 for g in ahead]  # fmt: skip
+    assert farthest[0] <= 0.2
+    assert 0.6 <= farthest[1] <= 0.8
+    decision, _ = next_goal(grid, (Pose(-1.0, 0.0, 0.0), ORIGIN), Intent(), CONFIG)
+    assert decision.chosen is not None
+    assert decision.path[-1, 0] > 0.4
+    assert abs(decision.path[-1, 1]) < 0.4
+
+
+def test_walls_are_seen_squarely_from_no_way_from_one_and_from_two() -> None:
+    y, x = ((np.indices((200, 200)) - 100) + 0.5) * 0.05
+    free = (np.abs(x) < 4.0) & (np.abs(y) < 4.0)
+    one = free & (x > 1.0) & (x < 1.1)
+    two = one | (free & (y > 1.0) & (y < 1.1))
+    found = []
+    for occupied in (np.zeros_like(free), one, two):
+        ranks = seen(grid_of(free & ~occupied, occupied))
+        place = (np.array([-ranks.bottom]), np.array([-ranks.left]))
+        views, _ = views_of(ranks, place, place, np.zeros((0, 2)), 0.3)
+        found.append(int(views.square[0]))
+    assert found == [0, 1, 2]
+
+
+def test_what_stands_in_the_way_is_counted_though_it_was_forgiven() -> None:
+    leg = np.column_stack([np.linspace(0.0, 1.0, 21), np.zeros(21)])
+    known = Intent()
+    for sweep in range(PATIENCE):
+        poses = (ORIGIN,) * (sweep + 1) + (Pose(0.3, 0.0, 0.0),)
+        known = replace(known, goal=(2.0, 0.0), leg=leg).after(poses, 12)
+        assert [block.times for block in known.blocks] == [sweep + 1]
+        known = known.forgiving()
+    assert known.blocks
