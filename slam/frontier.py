@@ -56,12 +56,14 @@ class Decision:
 
 def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> tuple[Decision, Intent]:
     """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
-    known = _heard(grid, before.after(poses, config.block_sweeps), poses[-1], config)
-    decision = _decided(grid, poses, known, config)
+    known = before.after(poses, config.block_sweeps)
+    ranks = ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m))
+    known = known.hearing(heard_from(ranks, poses[-1], config) if ranks else 0)
+    decision = _decided(ranks, poses, known, config)
     again = known.forgiving()
     if decision.chosen is None and again.blocks != known.blocks:  # perhaps it is gone
         known = again
-        decision = _decided(grid, poses, known, config)
+        decision = _decided(ranks, poses, known, config)
     if decision.chosen is None:
         return decision, replace(known, goal=None, leg=None)
     x, y = decision.path[-1].tolist()
@@ -79,21 +81,20 @@ def way_to(
     return find_path(ground, ground.cell(here.x, here.y), ground.cell(*goal))
 
 
-def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Decision:
+def _decided(ranks: Ranks | None, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Decision:
     blocks = known.blocks
     nothing = Decision(0, (), None, np.zeros((0, 2)), blocks=blocks)
-    ranks = ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m))
     if ranks is None:
         return nothing
     frontier = frontier_of(ranks)
-    pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / grid.cell_m + 0.5))
+    pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / ranks.cell_m + 0.5))
     if len(pieces.sizes) == 0:
         return nothing
     ground = ground_of(ranks, poses, known, config)
     start = ground.cell(poses[-1].x, poses[-1].y)
     stations = np.array([(pose.x, pose.y) for pose in poses])
     reached = fine(ground.reached(start), ground)
-    picky = max(1.0, float(np.count_nonzero(reached)) * grid.cell_m * grid.cell_m / config.picky_m2)
+    picky = max(1.0, float(np.count_nonzero(reached)) * ranks.cell_m * ranks.cell_m / config.picky_m2)
     search = _Search(ranks, ground, start, known, (pieces.rows, pieces.columns), stations, picky, config)
     for part in (2.0, 4.0):  # from nearer to earlier scans only where nothing else is left
         views, best, path = search.best(reached, config.apart_m / part)
@@ -105,12 +106,6 @@ def _decided(grid: Grid, poses: tuple[Pose, ...], known: Intent, config: Frontie
     leg = _leg(path.points, poses, config)
     gain = float(views.gains[best])
     return Decision(frontier.bit_count(), regions, int(of[best]), path.points, leg, path.length_m, gain, blocks)
-
-
-def _heard(grid: Grid, known: Intent, here: Pose, config: FrontierConfig) -> Intent:
-    """With how far about this scan nothing stands."""
-    ranks = ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m))
-    return known.hearing(heard_from(ranks, here, config) if ranks else 0)
 
 
 @dataclass(frozen=True)
