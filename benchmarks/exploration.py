@@ -1,18 +1,19 @@
 """Explorations of the embedded robot, measured: how much they map, how far they drive for it, what they touch.
 
-`python -m benchmarks.exploration [--worlds loop,office] [--seeds 1-3] [--jobs 2] [--tours]`; a line an exploration,
-as JSON on stdout, and a table of medians on stderr. With `--tours` each world's fixed tour is measured the same way.
+`python -m benchmarks.exploration FOLDER [--worlds loop,office] [--seeds 1-10] [--jobs 2] [--tours]`: a line an
+exploration, as JSON on stdout and in FOLDER, and a table on stderr: least, median and most over the seeds. With
+`--tours` the fixed tour of each world and seed is measured the same way. What FOLDER has already is not run again.
 """
 
 import argparse
 import json
 import sys
 import time
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from statistics import median
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -40,28 +41,38 @@ SHOWN = ("share", "metres", "of_bound", "scans", "clearance_m", "occupied_true",
 def main() -> None:
     """Run them and print."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="for recordings and results")
     parser.add_argument("--worlds", default=WORLDS)
     parser.add_argument("--seeds", default="1-3")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--tours", action="store_true")
-    parser.add_argument("--keep", type=Path, help="keep the recordings in this folder")
     given = parser.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
     first, _, last = given.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
     kinds = ("exploration", "tour") if given.tours else ("exploration",)
     asked = [(kind, world, seed) for world in given.worlds.split(",") for seed in seeds for kind in kinds]
-    with TemporaryDirectory() as folder, ProcessPoolExecutor(given.jobs) as pool:
-        rows = []
-        for row in pool.map(partial(measured, given.keep or Path(folder)), asked):
+    rows = []
+    with ProcessPoolExecutor(given.jobs) as pool:
+        for row in pool.map(partial(known_or_measured, given.folder), asked):
             rows.append(row)
             print(json.dumps(row), flush=True)
     table(rows)
 
 
+def known_or_measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:
+    """What was measured before, or now."""
+    kind, world, seed = asked
+    path = folder / f"{kind}-{world.replace(':', '-')}-{seed}.json"
+    if not path.exists():
+        path.write_text(json.dumps(measured(folder, asked)))
+    return dict(json.loads(path.read_text()))
+
+
 def measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:
     """One exploration, or one fixed tour, and all that is told of it."""
     kind, world, seed = asked
-    path = folder / f"{kind}-{world}-{seed}.mcap"
+    path = folder / f"{kind}-{world.replace(':', '-')}-{seed}.mcap"
     began = time.monotonic()
     ended = _drive(path, kind, world, seed)
     took_s = time.monotonic() - began
@@ -135,12 +146,18 @@ def clearance_m(log: Log) -> float:
 
 
 def table(rows: list[dict[str, Any]]) -> None:
-    """Medians over the seeds."""
-    print("world kind runs " + " ".join(SHOWN), file=sys.stderr)
+    """A line a world and kind: least / median / most over the seeds; how they ended, and how many touched something."""
     for world, kind in dict.fromkeys((row["world"], row["kind"]) for row in rows):
         mine = [row for row in rows if (row["world"], row["kind"]) == (world, kind)]
-        values = " ".join(f"{median(row[name] for row in mine):.3g}" for name in SHOWN)
-        print(f"{world} {kind} {len(mine)} {values}", file=sys.stderr)
+        words = [f"{world} {kind}: {len(mine)} runs, {sum(row['touched'] > 0 for row in mine)} touched something"]
+        words += [f"{sum(not row['reproduced'] for row in mine)} not reproduced"]
+        words += [f"{name} {_spread([row[name] for row in mine])}" for name in SHOWN]
+        words += [f"{count} × {why}" for why, count in Counter(row["ended"] for row in mine).items()]
+        print(", ".join(words), file=sys.stderr)
+
+
+def _spread(values: list[float]) -> str:
+    return " / ".join(f"{value:.3g}" for value in (min(values), median(values), max(values)))
 
 
 if __name__ == "__main__":
