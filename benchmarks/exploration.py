@@ -35,6 +35,7 @@ from sonarlog.transport import open_link
 
 WORLDS = "bend,loop,office,clutter"
 LONGEST_NS = 7_200_000_000_000
+TOUCH_M = 0.001
 SHOWN = ("share", "metres", "of_bound", "scans", "clearance_m", "occupied_true", "surface_mapped", "free_true")
 
 
@@ -94,6 +95,7 @@ def measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:
     quality = map_quality(step.state.grid, log.surfaces, frame, stations)
     off = [np.hypot(a.x - b.x, a.y - b.y) for a, b in zip(map(frame.compose, step.state.poses), known, strict=True)]
     reproduced = again.result()
+    clear_m = clearance_m(log)
     return {
         "kind": kind,
         "world": world,
@@ -106,8 +108,8 @@ def measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:
         "scans": len(known),
         "robot_s": round(float(log.odometry.t_ns[-1]) / 1e9),
         "took_s": round(took_s, 1),
-        "clearance_m": round(clearance_m(log), 3),
-        "touched": sum("stalled" in event.text for event in log.events),
+        "clearance_m": round(clear_m, 3),
+        "touched": clear_m < log.robot.radius_mm / 1000 + TOUCH_M or any("stalled" in e.text for e in log.events),
         "ate_m": round(float(np.sqrt(np.mean(np.square(off)))), 3),
         "reproduced": reproduced is None or reproduced.other is None,
         **{name: value and round(value, 4) for name, value in vars(quality).items()},
@@ -149,7 +151,7 @@ def table(rows: list[dict[str, Any]]) -> None:
     """A line a world and kind: least / median / most over the seeds; how they ended, and how many touched something."""
     for world, kind in dict.fromkeys((row["world"], row["kind"]) for row in rows):
         mine = [row for row in rows if (row["world"], row["kind"]) == (world, kind)]
-        words = [f"{world} {kind}: {len(mine)} runs, {sum(row['touched'] > 0 for row in mine)} touched something"]
+        words = [f"{world} {kind}: {len(mine)} runs, {sum(row['touched'] for row in mine)} touched something"]
         words += [f"{sum(not row['reproduced'] for row in mine)} not reproduced"]
         words += [f"{name} {_spread([row[name] for row in mine])}" for name in SHOWN]
         words += [f"{count} × {why}" for why, count in Counter(row["ended"] for row in mine).items()]
