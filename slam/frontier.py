@@ -17,7 +17,7 @@ from slam.intent import Block, Intent
 from slam.planning import DIAGONAL, STRAIGHT, Cell, Ground, Path, Ways, find_path, least
 from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
 from slam.sweep import Ints
-from slam.terrain import COARSE, fine, ground_of, heard_from, spare_cells
+from slam.terrain import COARSE, fine, ground_of, heard_from, room_to_stand, spare_cells
 from slam.views import Views, lattice, views_of
 
 FIRST_M = 1.5
@@ -54,11 +54,16 @@ class Decision:
     blocks: tuple[Block, ...] = ()
 
 
-def next_goal(grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig) -> tuple[Decision, Intent]:
-    """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now."""
+def next_goal(
+    grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig, nearest_m: float = 0.0
+) -> tuple[Decision, Intent]:
+    """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now.
+
+    `nearest_m` is how far the nearest thing is that answered the last scan; 0 where nobody knows.
+    """
     known = before.after(poses, config.block_sweeps)
     ranks = ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m))
-    known = known.hearing(heard_from(ranks, poses[-1], config) if ranks else 0)
+    known = known.hearing(heard_from(ranks, poses[-1], nearest_m, config) if ranks else 0)
     decision = _decided(ranks, poses, known, config)
     again = known.forgiving()
     if decision.chosen is None and again.blocks != known.blocks:  # perhaps it is gone
@@ -94,10 +99,12 @@ def _decided(ranks: Ranks | None, poses: tuple[Pose, ...], known: Intent, config
     start = ground.cell(poses[-1].x, poses[-1].y)
     stations = np.array([(pose.x, pose.y) for pose in poses])
     reached = fine(ground.reached(start), ground)
+    standing = reached & room_to_stand(ranks, poses, known, config)
     picky = max(1.0, float(np.count_nonzero(reached)) * ranks.cell_m * ranks.cell_m / config.picky_m2)
     search = _Search(ranks, ground, start, known, (pieces.rows, pieces.columns), stations, picky, config)
-    for part in (2.0, 4.0):  # from nearer to earlier scans only where nothing else is left
-        views, best, path = search.best(reached, config.apart_m / part)
+    # From nearer to earlier scans, and far off for less, only where nothing else is left.
+    for part, last in ((2.0, False), (4.0, False), (2.0, True)):
+        views, best, path = search.best(standing, config.apart_m / part, last=last)
         if best is not None:
             break
     regions, of = _regions(pieces, views, ranks)
@@ -121,7 +128,7 @@ class _Search:
     picky: float
     config: FrontierConfig
 
-    def best(self, reached: Bools, apart_m: float) -> tuple[Views, int | None, Path | None]:
+    def best(self, reached: Bools, apart_m: float, *, last: bool) -> tuple[Views, int | None, Path | None]:
         """The views that were looked at, nearest first, the best of them, and the way there.
 
         As many as may still win: what is farther is worth no more than the most that a view can be.
@@ -130,6 +137,7 @@ class _Search:
         dr, dc = np.abs(rows // COARSE - self.start[0]), np.abs(columns // COARSE - self.start[1])
         costs = STRAIGHT * np.maximum(dr, dc) + (DIAGONAL - STRAIGHT) * np.minimum(dr, dc)
         lengths = costs * (self.ground.cell_m / STRAIGHT)
+        asked = replace(self.config, more_gain_m2=self.config.far_gain_m2) if last else self.config
         within_m, most = FIRST_M, float(lengths.max(initial=0.0))
         ways = Ways(self.ground, self.start, _cells(rows, columns))
         while True:
@@ -137,8 +145,10 @@ class _Search:
             views, away = views_of(self.ranks, (rows[mine], columns[mine]), self.frontier, self.stations, apart_m)
             worth = _worth(views, self.ranks, self.known, self.config)
             worth *= np.minimum(away / (2.0 * apart_m), 1.0)
+            if last:
+                worth = np.where(away >= 2.0 * self.config.apart_m, worth, 0.0)
             cells = _cells(views.rows, views.columns)
-            value, best, path = _best(worth, cells, ways, self.ground, self.start, self.picky, self.config)
+            value, best, path = _best(worth, cells, ways, self.ground, self.start, self.picky, asked)
             unseen = self.config.most_gain_m2 * self.config.stay / (within_m + self.config.settle_m)
             if within_m >= most or value > unseen:
                 return views, best, path

@@ -16,11 +16,13 @@ class FrontierConfig:
     robot_radius_m: float = 0.18
     margin_m: float = 0.10
     clear_m: float = 0.35  # a way that keeps so much more off walls, and off the unknown, costs half
+    unseen_m: float = 0.12  # the robot stands no nearer to what was never seen
     heard_m: float = 0.8  # so far about a scan nothing stands, but for what answered from nearer
     settle_m: float = 0.7  # added to every way: a near goal is not infinitely good
     min_gain_m2: float = 0.25  # for less no robot moves …
     more_gain_m2: float = 0.16  # … nor for so much less a metre of way …
     enough_gain_m2: float = 1.4  # … but it does for this
+    far_gain_m2: float = 0.05  # in the end so much a metre is enough, where nobody was near
     picky_m2: float = 40.0  # in a place larger than this, all that in proportion
     apart_m: float = 0.65  # nearer than this to a scan another is worth less in proportion
     most_gain_m2: float = 2.0  # a view that promises more is not better

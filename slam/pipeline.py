@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from slam.algorithms import Algorithm
 from slam.association import Association, Chains
 from slam.features import Features, extract_features
@@ -113,10 +115,17 @@ def step(state: State, sweep: Sweep, ring: SonarRing, algorithm: Algorithm, done
     done("H")
     # Where odometry was interrupted it was not what stands there that stopped the robot.
     before = state.intent if calibrated.joined else replace(state.intent, leg=None)
-    decision, intent = next_goal(extended.grid, track.poses, before, config.frontier)
+    decision, intent = next_goal(extended.grid, track.poses, before, config.frontier, _nearest_m(reliability, sweep))
     done("I")
     after = State(track, calibrated.wheels, sweep.session, learnt, extended, intent)
     return Step(sweep, calibrated, reliability, features, association, localisation, posed, patch, decision, after)
+
+
+def _nearest_m(reliability: Reliability, sweep: Sweep) -> float:
+    """How far the nearest thing is that answered a turn about a full circle; nobody knows where the robot drove on."""
+    if sweep.kind != "scan":
+        return 0.0
+    return min((rcd.distance for rcd in reliability.rcds), default=np.inf)
 
 
 def run(

@@ -30,9 +30,12 @@ def spare_cells(config: FrontierConfig, cell_m: float) -> int:
     return _radius(config, cell_m) + int(config.clear_m / cell_m + 0.5)
 
 
-def heard_from(ranks: Ranks, here: Pose, config: FrontierConfig) -> int:
-    """The circle about a scan that nothing stands in: its radius in cells of the map."""
-    most = int(config.heard_m / ranks.cell_m)
+def heard_from(ranks: Ranks, here: Pose, nearest_m: float, config: FrontierConfig) -> int:
+    """The circle about a scan that nothing stands in: its radius in cells of the map.
+
+    `nearest_m` is how far the nearest thing is that answered, whether the map shows it yet or not.
+    """
+    most = int(min(config.heard_m, nearest_m) / ranks.cell_m)
     row, column = (int(value // ranks.cell_m) for value in (here.y, here.x))
     bottom, left = row - ranks.bottom - most, column - ranks.left - most
     low, far = max(bottom, 0), max(left, 0)
@@ -41,6 +44,13 @@ def heard_from(ranks: Ranks, here: Pose, config: FrontierConfig) -> int:
     dr, dc = rows + (low - bottom - most), columns + (far - left - most)
     nearest = int((dr * dr + dc * dc).min(initial=(most + 1) * (most + 1)))
     return max(k for k in range(most + 1) if k == 0 or k * k < nearest)
+
+
+def room_to_stand(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Bools:
+    """Cells (h, w) whose surroundings were seen: what is unknown beside a free cell may well be a wall."""
+    unknown = ranks.unknown & ~_heard(ranks, poses, known.heard)
+    near = within(unknown, ranks.stride, int(config.unseen_m / ranks.cell_m + 0.5))
+    return ranks.array(~near & ranks.everywhere)
 
 
 def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Ground:
@@ -58,11 +68,7 @@ def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: Fron
     passable = ranks.array(((ranks.open | heard) & ~keep_off) | trail)
     rows, columns = ranks.shape[0] // COARSE, ranks.stride // COARSE
     stride = stride_of(columns, 1)
-
-    def coarse(cells: Bools) -> Bools:
-        return np.asarray(cells.reshape(rows, COARSE, columns, COARSE).any(axis=(1, 3)))
-
-    may = ~coarse(~passable)
+    may = ~_coarse(~passable)
     return Ground(
         board(may, stride),
         stride,
@@ -70,9 +76,15 @@ def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: Fron
         ranks.left // COARSE,
         ranks.bottom // COARSE,
         ranks.cell_m * COARSE,
-        tight=board(may & coarse(ranks.array(near)), stride),
-        solid=board(coarse(ranks.array(solid)), stride),
+        tight=board(may & _coarse(ranks.array(near)), stride),
+        solid=board(_coarse(ranks.array(solid)), stride),
     )
+
+
+def _coarse(cells: Bools) -> Bools:
+    """Cells of the ground any of whose cells of the map are set."""
+    rows = cells[::COARSE] | cells[1::COARSE]
+    return np.asarray(rows[:, ::COARSE] | rows[:, 1::COARSE])
 
 
 def fine(reached: Bools, ground: Ground) -> Bools:

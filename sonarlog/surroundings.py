@@ -24,6 +24,7 @@ FRESH_NS = 1_200_000_000
 MEMORY_NS = 30_000_000_000
 """So long an echo is remembered: things in the way do not go, and odometry is good for so long."""
 
+GOES_ON_M = 0.7
 NEAR_M = 3.0  # walls further away do not matter to the next metre
 
 
@@ -226,6 +227,25 @@ def room_to_walls(walls: Sequence[Wall], here: Place, heading_deg: float, radius
         beside = (here.x - wall.x) * cos(along) + (here.y - wall.y) * sin(along)
         if abs(beside + distance_to(wall, here) * tan(off)) < radius + 0.1:
             room = min(room, (distance_to(wall, here) - radius) / cos(off))
+    return room
+
+
+def room_at_slant(walls: Sequence[Wall], here: Place, heading_deg: float, radius: float) -> float:
+    """Metres the hull can go along a heading before it touches a wall that no sonar hears, if that goes on as seen.
+
+    One 55° to 80° off the heading lies between the beams to the front and those to the side. That it goes on for
+    `GOES_ON_M` from the point that was seen is likely, and where it does not the robot only comes another way.
+    """
+    room = NEAR_M
+    for wall in walls:
+        off = radians(heading_deg - wall.normal_deg)
+        if not 0.17 < cos(off) < 0.58:
+            continue
+        gap = max((distance_to(wall, here) - radius) / cos(off), 0.0)
+        along = radians(wall.normal_deg + 90)
+        beside = (here.x - wall.x) * cos(along) + (here.y - wall.y) * sin(along)
+        if abs(beside + gap * sin(off)) < GOES_ON_M:
+            room = min(room, gap)
     return room
 
 

@@ -11,7 +11,7 @@ from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid, Patch
 from slam.intent import PATIENCE, Intent
 from slam.regions import Ranks, ranks_of
-from slam.terrain import ground_of, heard_from, spare_cells
+from slam.terrain import ground_of, heard_from, room_to_stand, spare_cells
 from slam.views import views_of
 
 CONFIG = FrontierConfig()
@@ -40,20 +40,35 @@ def seen(grid: Grid) -> Ranks:
 
 @pytest.mark.parametrize(("half_m", "cells"), [(0.5, 10), (0.75, 15), (2.0, 16)])
 def test_nothing_stands_about_a_scan_up_to_the_nearest_thing_known(half_m: float, cells: int) -> None:
-    assert heard_from(seen(corridor(half_m, -1.0, 0.3)), ORIGIN, CONFIG) == pytest.approx(cells, abs=1)
+    assert heard_from(seen(corridor(half_m, -1.0, 0.3)), ORIGIN, np.inf, CONFIG) == pytest.approx(cells, abs=1)
+
+
+def test_what_answered_counts_though_the_map_does_not_show_it_yet() -> None:
+    assert heard_from(seen(corridor(2.0, -1.0, 0.3)), ORIGIN, 0.4, CONFIG) == pytest.approx(8, abs=1)
+    assert heard_from(seen(corridor(2.0, -1.0, 0.3)), ORIGIN, 0.0, CONFIG) == 0
+
+
+def test_the_robot_stands_nowhere_beside_what_was_never_seen() -> None:
+    grid = corridor(2.0, -1.0, 1.0)
+    ranks = seen(grid)
+    room = room_to_stand(ranks, (ORIGIN,), Intent(), CONFIG)
+    row = -ranks.bottom
+    free = np.flatnonzero(room[row]) + ranks.left
+    edge = 1.0 - CONFIG.unseen_m
+    assert (free.min() * 0.05, free.max() * 0.05) == pytest.approx((-edge, edge), abs=0.06)
 
 
 def test_a_corridor_is_gone_on_along_though_nothing_ahead_was_seen() -> None:
     """Seen up to 0.2 m ahead, no end in sight: without the circle there is hardly a step to be made."""
     grid = corridor(1.0, -2.0, 0.2)
     ranks = seen(grid)
-    heard = Intent().hearing(heard_from(ranks, ORIGIN, CONFIG))
+    heard = Intent().hearing(heard_from(ranks, ORIGIN, 1.0, CONFIG))
     ahead = [ground_of(ranks, (ORIGIN,), known, CONFIG) for known in (Intent(), heard)]
     farthest = [max(k for k in range(30) if g.passable >> ((g.cell(0.05 * k, 0.0)[0]) * g.stride
                 + g.cell(0.05 * k, 0.0)[1]) & 1) * 0.05 for g in ahead]  # fmt: skip
     assert farthest[0] <= 0.2
     assert 0.6 <= farthest[1] <= 0.8
-    decision, _ = next_goal(grid, (Pose(-1.0, 0.0, 0.0), ORIGIN), Intent(), CONFIG)
+    decision, _ = next_goal(grid, (Pose(-1.0, 0.0, 0.0), ORIGIN), Intent(), CONFIG, 1.0)
     assert decision.chosen is not None
     assert decision.path[-1, 0] > 0.4
     assert abs(decision.path[-1, 1]) < 0.4

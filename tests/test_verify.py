@@ -12,7 +12,7 @@ import pytest
 
 from cli.main import run as sonarlog
 from slam import chaining, pipeline
-from slam.association import associate
+from slam.recognition import recognise
 from slam.reliability import analyse_reliability
 from slam.sweep import Sweep
 from sonarlog.apart import apart, plain, ulps_between
@@ -64,7 +64,7 @@ def sweeps() -> list[Sweep]:
         ("self_calibrate", "B"),
         ("analyse_reliability", "C"),
         ("extract_features", "D"),
-        ("associate", "E"),
+        ("recognise", "E"),
         ("post_calibrate", "G"),
         ("next_goal", "I"),
     ],
@@ -73,7 +73,7 @@ def test_one_ulp_is_found_at_its_sweep_and_block(
     function: str, block: str, sweeps: list[Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = made_run(tmp_path / "a.run.mcap", sweeps=sweeps)
-    module = chaining if function == "associate" else pipeline
+    module = chaining if function == "recognise" else pipeline
     monkeypatch.setattr(module, function, planted(getattr(module, function)))
     found = compare(run, made_run(tmp_path / "b.run.mcap", sweeps=sweeps))
     assert found.first is not None
@@ -110,7 +110,7 @@ def test_both_sides_are_written_out_in_full(
     sweeps: list[Sweep], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = made_run(tmp_path / "a.run.mcap", sweeps=sweeps)
-    monkeypatch.setattr(chaining, "associate", planted(associate))
+    monkeypatch.setattr(chaining, "recognise", planted(recognise))
     found = compare(run, made_run(tmp_path / "b.run.mcap", sweeps=sweeps))
     assert found.first is not None
     paths = dump(found.first, tmp_path / "apart")

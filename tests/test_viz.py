@@ -176,10 +176,10 @@ def test_links_and_correction_are_shown_and_said(steps: list[Step]) -> None:
     turned = shown(steps)[2]
     names, arrow = turned["map/E_association/names"], turned["map/F_localisation/correction_x10"]
     assert isinstance(names, Labels)
-    assert "wall 0 → chain 1: d1" in " ".join(names.words)
+    assert "wall 0 → chain 0: d1" in " ".join(names.words)
     said = turned["map/F_localisation/name"]
     assert isinstance(said, Labels)
-    assert "-3.0°" in said.words[0]
+    assert said.words[0].endswith(("-3.0°", "-3.1°"))
     assert isinstance(arrow, Strips)
 
 

@@ -13,7 +13,7 @@ from sonarlog.moves import STAND, Motion, Mover, Moves, Pause, distance
 from sonarlog.protocol.packets import Sip
 from sonarlog.robot import Robot
 from sonarlog.safety import BUMPS
-from sonarlog.surroundings import room_to_points, wrap
+from sonarlog.surroundings import room_at_slant, room_to_points, wrap
 
 SECOND = 1_000_000_000
 AHEAD_M = 0.30  # the point of the path that the robot steers at is so far along it
@@ -115,7 +115,8 @@ class Follower(Mover):
             self._passed, self._passed_ns = self._echoes.points(), self._now_ns
         points = np.concatenate([self._points, self._passed])
         scanned = room_to_points(points, self._here, heading, hull)
-        return min(super()._room(way), scanned, self._echoes.room(self._here, backwards=way < 0, last=3))
+        slant = room_at_slant(self._known_walls(), self._here, heading, hull)
+        return min(super()._room(way), scanned, slant, self._echoes.room(self._here, backwards=way < 0, last=3))
 
     def _back_off(self) -> Pause:
         """Off what the robot ran into."""
