@@ -146,7 +146,7 @@ class _Search:
             worth = _worth(views, self.ranks, self.known, self.config)
             worth *= np.minimum(away / (2.0 * apart_m), 1.0)
             if last:
-                worth = np.where(away >= 2.0 * self.config.apart_m, worth, 0.0)
+                worth = np.where(away >= 1.5 * self.config.apart_m, worth, 0.0)
             cells = _cells(views.rows, views.columns)
             value, best, path = _best(worth, cells, ways, self.ground, self.start, self.picky, asked)
             unseen = self.config.most_gain_m2 * self.config.stay / (within_m + self.config.settle_m)
