@@ -42,7 +42,7 @@ ALGORITHMS = {
     for algorithm in (
         Algorithm(
             "odometry",
-            1,
+            2,
             "no correction: the robot's own dead reckoning (the paper's figures 8 and 11)",
             chaining.associate_chains,
             chaining.localise_by(keep_prediction),
@@ -50,7 +50,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "literal",
-            1,
+            2,
             "the paper to the letter: every RCD of wall kind, strict minimum over the window",
             chaining.associate_chains,
             chaining.localise_by(search),
@@ -74,7 +74,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "graph",
-            1,
+            2,
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
             match,
             smooth,
