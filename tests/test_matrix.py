@@ -2,19 +2,22 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from slam.algorithms import DEFAULT
 from tests.matrix.configurations import Configuration, at_hand
+from tests.matrix.probe import explored
 from tests.matrix.table import DIFFERS, FAILED, IDLE, SAME, SKIPPED, Outcome, outcomes, page
 
 
-def test_the_worst_machine_gives_the_bits_of_this_one() -> None:
+def test_the_worst_machine_gives_the_bits_of_this_one(tmp_path: Path) -> None:
     first, *_, worst = at_hand()
     if worst.skipped:
         pytest.skip(worst.skipped)
-    base, other = outcomes([first, worst], ["--short"], [])
+    explored(tmp_path / "exploration.mcap")
+    base, other = outcomes([first, worst], ["--short", str(tmp_path / "exploration.mcap")], [])
     assert other.verdict == SAME, other.why
     assert set(other.changed) == {"numpy", "libm", "blas", "hash"}
     assert {"dmath", "embedded robot, wire", f"embedded robot, {DEFAULT}", "exploration, decisions"} <= set(

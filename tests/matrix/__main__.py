@@ -7,7 +7,8 @@ only the shortest recording. Exit 0: all the same, 1: not.
 import sys
 
 from tests.matrix.aarch64 import emulated
-from tests.matrix.configurations import ROOT, at_hand, others
+from tests.matrix.configurations import HOME, ROOT, at_hand, others
+from tests.matrix.probe import explored
 from tests.matrix.table import outcomes, page
 
 PAGE = ROOT / "docs" / "determinism.md"
@@ -15,10 +16,14 @@ BEGIN, END = "<!-- matrix: written by make determinism -->", "<!-- end of matrix
 
 
 def main(arguments: list[str]) -> int:
-    """Run the matrix over the recordings in recordings/."""
+    """Run the matrix over the recordings in recordings/ and an exploration made for it."""
     recordings = sorted((ROOT / "recordings").glob("*.mcap"))
     paths = [str(path) for path in recordings if ".run." not in path.name]
     shortest = [str(min(recordings, key=lambda path: path.stat().st_size))] if recordings else []
+    exploration = HOME / "exploration.mcap"
+    exploration.unlink(missing_ok=True)
+    explored(exploration)
+    paths, shortest = [str(exploration), *paths], [str(exploration), *shortest]
     found = []
     slow = ["--short", *shortest] if "--quick" in arguments else paths
     for outcome in outcomes([*at_hand(), *others(), emulated()], paths, slow):

@@ -67,8 +67,11 @@ def recorded(path: Path) -> None:
         Recorder(link, writer, Plan(parse_route(ROUTE)), wall_ns=link.now_ns).run(lambda: False)
 
 
-def explored(path: Path) -> str:
-    """The embedded robot, exploring by itself with the default algorithm; the digest of its decisions."""
+def explored(path: Path) -> None:
+    """The embedded robot, exploring by itself with the default algorithm.
+
+    Its driver goes by this machine's own sine and cosine: made once, replayed everywhere.
+    """
     link, chosen = open_sim(f"sim://{PLACE}?seed=1"), algorithm(DEFAULT)
 
     def explorer(robot: Robot) -> Explorer:
@@ -76,12 +79,18 @@ def explored(path: Path) -> str:
 
     with RecordingWriter(path, started_wall_ns=0, command_line="probe", config={}) as writer:
         Recorder(link, writer, Plan(mover=explorer, recovers=True), wall_ns=link.now_ns).run(lambda: False)
-    log = read_log(path)
+
+
+def decided(path: Path) -> dict[str, str]:
+    """Whether a replay takes the recording's decisions again, word by word; nothing for one without."""
+    log, chosen = read_log(path), algorithm(DEFAULT)
+    if not log.decisions:
+        return {}
     again = Reproduction(log.decisions, chosen)
     for step in replay_sweeps(log, sweeps_of(log, path), chosen):
         again.add(step)
     found = again.result()
-    return digest([found.told() if found else "no decisions", *log.decisions])
+    return {f"{path.stem}, decisions": digest([found.told() if found else "no decisions", *log.decisions])}
 
 
 def imported(path: Path) -> None:
@@ -97,12 +106,11 @@ def results(paths: list[Path], names: list[str], *, real: bool) -> dict[str, str
         simulated = Path(folder) / "embedded robot"
         recorded(simulated)
         made["embedded robot, wire"] = recording_digest(simulated)
-        exploration = Path(folder) / "exploration"
-        made["exploration, decisions"] = explored(exploration)
         if real:
             paths = [Path(folder) / "real corridor", *paths]
             imported(paths[0])
-        for path in (simulated, exploration, *paths):
+        for path in (simulated, *paths):
+            made |= decided(path)
             made |= {f"{path.name.removesuffix('.mcap')}, {name}": each for name, each in replayed(path, names).items()}
     return made
 
