@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slam.dmath import Floats
+from slam.dmath import DEGREE, Floats
 from slam.geometry import Pose, wrap
 from slam.graph.config import GraphConfig
-from slam.graph.odometry import motion_residuals
+from slam.graph.odometry import motion_residuals, slip
 from slam.graph.problem import ROTATION, Graph, looks, sighting_residuals
 from slam.motion import Motion, WheelErrors
 from tests.graphs import Line, Spot, graph_of
@@ -203,3 +203,20 @@ def test_the_rotation_scale_bends_the_drive_by_what_was_turned_before_it() -> No
         np.abs(motion_residuals(replace(graph, poses=poses_, errors=errors_), np.array([1]), GraphConfig())[0]).max()
         < 1e-9
     )
+
+
+def test_how_much_odometry_slips_is_what_most_of_its_steps_leave_over() -> None:
+    """Two degrees to and fro at every step are slip; ten at one step are somebody's hand."""
+    config, poses = GraphConfig(), [Pose(0.8 * k, 0.0, 0.0) for k in range(12)]
+    straight = graph_of(poses, [Line(math.pi / 2, 1.0)], [(0, 0)])
+    assert slip(straight, config) == 1.0
+
+    def headed(degrees: list[float]) -> float:
+        turned = straight.poses.copy()
+        turned[:, 2] = np.array(degrees) * DEGREE
+        return slip(replace(straight, poses=turned), config)
+
+    own = math.sqrt(0.8 * config.slip_metre_deg**2 + config.heading_sigma_deg**2)
+    assert headed([2.0 * (k % 2) for k in range(12)]) == pytest.approx(2.0 / own, rel=0.05)
+    assert headed([0.0] * 6 + [10.0] * 6) == 1.0
+    assert slip(Graph.empty(), config) == 1.0

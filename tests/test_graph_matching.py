@@ -151,6 +151,46 @@ def test_without_odometry_the_place_is_looked_for_further_out() -> None:
     assert chains(found) == {0: 0, 1: 1}
 
 
+ROOM: list[Line | Spot] = [Line(0.0, 3.0), Line(math.pi / 2, 1.6), Line(math.pi, 1.7), Line(-2.0, 1.3), Spot(1.9, 0.7)]
+
+
+def seen_from(place: Pose, *things: Line | Spot) -> list[Wall]:
+    walls = []
+    for thing in things:
+        if isinstance(thing, Spot):
+            dx, dy = thing.x - place.x, thing.y - place.y
+            walls.append(wall(math.atan2(dy, dx) - place.theta, math.hypot(dx, dy)))
+        else:
+            off = thing.rho - (math.cos(thing.alpha) * place.x + math.sin(thing.alpha) * place.y)
+            walls.append(wall(thing.alpha - place.theta, off))
+    return walls
+
+
+@pytest.mark.parametrize(("x", "y", "degrees"), [(0.9, -0.3, 0.0), (0.4, 0.3, -12.0), (1.6, 0.2, 15.0)])
+def test_after_a_long_silence_the_place_that_explains_all_walls_is_found(x: float, y: float, degrees: float) -> None:
+    there = Pose(x, y, degrees * DEGREE)
+    found = matched(track_of(ROOM), Pose(0.9, 0.2, 0.0), *seen_from(there, *ROOM), joined=False)
+    assert chains(found) == {k: k for k in range(len(ROOM))}
+    assert found.pose is not None
+    assert (found.pose.x, found.pose.y, found.pose.theta) == pytest.approx((x, y, there.theta), abs=2e-3)
+
+
+def test_one_wall_is_no_reason_to_believe_that_the_robot_was_carried_off() -> None:
+    track = track_of([Line(math.pi / 2, 1.0), Line(0.0, 4.0)])
+    found = matched(track, Pose(0.8, 0.0, 0.0), wall(math.pi / 2, 1.17))
+    assert found.unlinked == (0,)
+    assert found.pose == Pose(0.8, 0.0, 0.0).quantised()
+
+
+@pytest.mark.parametrize(("walls", "believed"), [(2, False), (5, True)])
+def test_a_turn_that_many_walls_agree_on_is_believed_at_once(walls: int, believed: bool) -> None:
+    """Each by itself is a little wild from where odometry stands."""
+    there = Pose(1.6, 0.0, 2.4 * DEGREE)
+    found = matched(track_of(ROOM), Pose(1.6, 0.0, 0.0), *seen_from(there, *ROOM[:walls]))
+    assert found.pose is not None
+    assert (found.pose.theta > 2.0 * DEGREE) is believed
+
+
 def test_nothing_seen_and_nothing_known() -> None:
     empty = matched(track_of(CORRIDOR), HERE)
     assert (empty.links, empty.unlinked, empty.pose) == ((), (), HERE.quantised())

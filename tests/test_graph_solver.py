@@ -107,7 +107,7 @@ def dense_step(graph: Graph, part: Part) -> Floats:
             row[at : at + 2] = by_landmark[r, q]
             add(row, residual[r, q], weight[r, q])
     left, by_former, by_latter, by_errors = motion_residuals(graph, part.sweeps, CONFIG)
-    weight = weights(left, MOTION_KERNEL)
+    weight = np.repeat(weights(np.sqrt((left * left).sum(axis=1)), MOTION_KERNEL)[:, None], 3, axis=1)
     for s in range(poses):
         for q in range(3):
             row = np.zeros(count)

@@ -2,7 +2,7 @@
 
 In two rounds: first the pairs that leave no doubt, from which the pose follows, then the rest from there. What could be
 either of two things is postponed: it joins nothing, and nothing joins it. Where hardly anything is explained the coarse
-search of the paper looks for the place first.
+search of the paper looks for the place first, and then whatever place explains most.
 """
 
 from dataclasses import dataclass, replace
@@ -20,12 +20,21 @@ from slam.graph.natures import believed_parallax
 from slam.graph.near import Near
 from slam.graph.placing import Place, Sight, placed
 from slam.graph.problem import RING, Graph, looks
+from slam.graph.recovery import Reach, places
 from slam.localisation import search
 from slam.self_calibration import Calibrated
 from slam.track import Track
 
 LOST = (0.2, 5.0 * DEGREE)
 """How uncertain the place is where nobody knows how the robot got there: m and rad."""
+ANYWHERE = Reach(1.5, 20.0 * DEGREE)
+"""So far off a robot may be that drove on while its line was silent."""
+MORE, CLEAR = 2, 3
+"""So many walls more, or so many where odometry says nothing, must speak for another place: one does by chance."""
+GUESSED = Place(np.zeros(3), np.eye(3) * np.array([0.05 * 0.05, 0.05 * 0.05, 4.0 * DEGREE * DEGREE]))
+"""How uncertain a place is that one or two walls tell: 5 cm and 2°."""
+UNKNOWN = 4.0
+"""While fewer steps than that are known, odometry may be far worse than it seems."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +72,12 @@ def match(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config:
     """Each wall's landmark as a link to that chain; walls without one begin a chain, unless they are postponed."""
     graph, pose = track.graph, calibrated.predicted
     sights = Sights.of(walls, calibrated.calibration.ring_bearing)
-    place = _predicted(calibrated, config.graph)
+    place = _predicted(calibrated, graph.slip, config.graph)
     found = _in_two_rounds(graph, sights, place, config.graph)
     if len(found.pairs) < config.graph.explained * len(walls):
         found = _after_search(found, sights, walls, pose, place, track, config)
+    if len(found.pairs) < config.graph.explained * len(walls) or not calibrated.joined:
+        found = _after_guess(found, sights, place, graph, calibrated.joined, config)
     placed = tuple(wall.segment.moved(pose) for wall in walls)
     links = _links(found, sights, track)
     unlinked = tuple(k for k in range(len(walls)) if k not in found.pairs)
@@ -74,7 +85,7 @@ def match(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config:
     return Association(links, unlinked, placed, found.postponed, Pose(x, y, theta).quantised())
 
 
-def _predicted(calibrated: Calibrated, config: GraphConfig) -> Place:
+def _predicted(calibrated: Calibrated, slip: float, config: GraphConfig) -> Place:
     """The pose that odometry predicts, and how uncertain it is."""
     motion, pose = calibrated.motion, calibrated.predicted
     if motion is None or not calibrated.joined:
@@ -82,10 +93,10 @@ def _predicted(calibrated: Calibrated, config: GraphConfig) -> Place:
     else:
         length = dmath.hypot(motion.x, motion.y)
         turns = (abs(motion.before) + abs(motion.between) + abs(motion.after)) / (2.0 * PI)
-        slip_turn, slip_metre = config.slip_turn_deg, config.slip_metre_deg
+        slip_turn, slip_metre = slip * config.slip_turn_deg, slip * config.slip_metre_deg
         heading = slip_turn * slip_turn * turns + slip_metre * slip_metre * length
         turn = DEGREE * dmath.sqrt(heading + config.heading_sigma_deg * config.heading_sigma_deg)
-        shift = 0.01 + 0.01 * length
+        shift = 0.01 + 0.01 * slip * length
     variance = np.array([shift * shift, shift * shift, turn * turn])
     return Place(np.array([pose.x, pose.y, pose.theta]), np.eye(3) * variance)
 
@@ -132,7 +143,26 @@ def _after_search(
     pose = search(predicted, coarse, track.chains, config.localisation).pose
     there = replace(place, pose=np.array([pose.x, pose.y, pose.theta]))
     other = _in_two_rounds(track.graph, sights, there, config.graph)
-    return other if len(other.pairs) > len(found.pairs) else found
+    return other if len(other.pairs) >= len(found.pairs) + MORE else found
+
+
+def _after_guess(found: Found, sights: Sights, place: Place, graph: Graph, joined: bool, config: Config) -> Found:
+    """From the place that explains the walls best, if that explains more and there is no other like it."""
+    reach = _reach(graph, config) if joined else ANYWHERE
+    near = Near.to(graph, place.pose, config.graph)
+    poses, costs = places(near, sights.bearing, sights.distance, place.pose, reach)
+    best, *others = (_in_two_rounds(graph, sights, replace(GUESSED, pose=pose), config.graph) for pose in poses)
+    if others and costs[1] - costs[0] < config.graph.margin and len(best.pairs) < len(others[0].pairs) + MORE:
+        return found
+    return best if len(best.pairs) >= (len(found.pairs) + MORE if joined else CLEAR) else found
+
+
+def _reach(graph: Graph, config: Config) -> Reach:
+    """How far off odometry may have put the robot: the more it slips, the farther."""
+    window = config.localisation
+    unsure = 1.0 + UNKNOWN / float(max(1, len(graph.poses) - 1))
+    turn = unsure * graph.slip * config.graph.search_deg * DEGREE
+    return Reach(1.5 * window.cell_m * float(window.window // 2), turn)
 
 
 def _distances(near: Near, sights: Sights, place: Place, config: GraphConfig) -> tuple[Floats, Bools]:

@@ -10,13 +10,16 @@ import numpy as np
 
 from slam import dmath
 from slam.dmath import DEGREE, PI, Floats
-from slam.geometry import wrap
+from slam.geometry import GRAIN, quantise, wrap
 from slam.graph.config import GraphConfig
 from slam.graph.problem import Graph
 from slam.sweep import Ints
 
 UNJOINED = 0.01
 """The weight of a step that nobody knows: each standard deviation is a hundred times as large."""
+
+SOUND = 1.0
+"""So many steps that slip as is usual are taken to be known before the first."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class Steps:
         first, middle, last = np.abs(graph.motions[sweeps, 2:]).T / (2.0 * PI)
         turn, metre = config.slip_turn_deg * DEGREE, config.slip_metre_deg * DEGREE
         own, step, part = config.heading_sigma_deg * DEGREE, config.step_sigma_m, config.step_sigma
+        turn, metre = graph.slip * turn, graph.slip * metre
         early = turn * turn * (first + 0.5 * middle) + 0.25 * metre * metre * length
         late = turn * turn * (last + 0.5 * middle) + 0.75 * metre * metre * length + own * own
         along, across = step * step + part * part * length * length, step * step + length * length * early
@@ -94,3 +98,22 @@ def motion_residuals(graph: Graph, sweeps: Ints, config: GraphConfig) -> tuple[F
     """
     whole = Steps.of(graph, sweeps, config).residuals(graph.poses, graph.errors)
     return whole[:, :, 10], whole[:, :, :3], whole[:, :, 3:6], whole[:, :, 6:10]
+
+
+def slip(graph: Graph, config: GraphConfig) -> float:
+    """By how much odometry slips more than is usual, as the last poses show; 1 where it does not.
+
+    The root mean square of what it leaves over in heading, over σ; the wildest step is left out, for a robot that was
+    turned by hand once slips no more than before.
+    """
+    count = len(graph.poses)
+    sweeps = np.arange(max(1, count - config.window), count)
+    sweeps = sweeps[graph.joined[sweeps] != 0]
+    x, y, before, between, after = graph.motions[sweeps].T
+    length, turns = dmath.hypot(x, y), (np.abs(before) + np.abs(between) + np.abs(after)) / (2.0 * PI)
+    rotation, _, drift, _ = graph.errors.tolist()
+    expected = (1.0 + rotation) * (before + between + after) + drift * length
+    off = wrap(graph.poses[sweeps, 2] - graph.poses[sweeps - 1, 2] - expected) / DEGREE
+    turn, metre, own = config.slip_turn_deg, config.slip_metre_deg, config.heading_sigma_deg
+    squares = np.sort(off * off / (turn * turn * turns + metre * metre * length + own * own))[:-1]
+    return max(1.0, quantise(dmath.sqrt((dmath.total(squares) + SOUND) / (float(len(squares)) + SOUND)), GRAIN))

@@ -12,6 +12,10 @@ from slam.geometry import wrap
 from slam.linear import inverse_3
 
 STEPS = 3
+PRIOR_KERNEL = 3.0
+"""As for a step in the graph."""
+AGREED, FREE = 3, 100.0
+"""So many walls may outvote odometry; and how much less it counts where they are asked first."""
 
 
 @dataclass(frozen=True)
@@ -73,20 +77,62 @@ class Sight(NamedTuple):
 def placed(sights: Sequence[Sight], distance_sigma: float, prior: Place, kernel: float) -> Place:
     """The place from which these are seen so, held against the prior; the landmarks stay where they are.
 
-    Gauss and Newton's steps, with Cauchy's weights, as for the whole graph.
+    Gauss and Newton's steps, with Cauchy's weights, as for the whole graph; the prior, too, is only a measurement.
     """
     if not sights:
         return prior
+    here, cost = _descended(sights, distance_sigma, prior, kernel, 1.0)
+    if len(sights) < AGREED:
+        return here
+    # Where all walls agree on another turn, each by itself is wild from where odometry stands.
+    there, other = _descended(sights, distance_sigma, prior, kernel, FREE)
+    return there if other < cost else here
+
+
+def _descended(
+    sights: Sequence[Sight], distance_sigma: float, prior: Place, kernel: float, freedom: float
+) -> tuple[Place, float]:
+    """A place that is the best one around, and what it costs.
+
+    At first the prior counts less by `freedom`, and what is wild counts as well.
+    """
     believed = inverse_3(prior.covariance)
-    pose, whole = prior.pose, believed
+    pose, whole, loose = prior.pose, believed, freedom
     for _ in range(STEPS):
-        from_prior = prior.pose - pose
-        from_prior[2] = wrap(float(from_prior[2]))
-        seen, pulled = _normal_equations(sights, distance_sigma, pose, kernel)
-        whole = believed + seen
-        right = np.cumsum(believed * from_prior, axis=1)[:, -1] + pulled
+        off = _from(prior, pose)
+        weight = 1.0 / (1.0 + _squared(believed, off) / (PRIOR_KERNEL * PRIOR_KERNEL)) / loose
+        seen, pulled = _normal_equations(sights, distance_sigma, pose, kernel * loose)
+        whole = weight * believed + seen
+        right = np.cumsum(weight * believed * off, axis=1)[:, -1] + pulled
         pose = pose + np.cumsum(inverse_3(whole) * right, axis=1)[:, -1]
-    return Place(pose, inverse_3(whole))
+        loose = 1.0
+    cost = _cauchy(_squared(believed, _from(prior, pose)), PRIOR_KERNEL)
+    return Place(pose, inverse_3(whole)), cost + _cost(sights, distance_sigma, pose, kernel)
+
+
+def _from(prior: Place, pose: Floats) -> Floats:
+    off = prior.pose - pose
+    off[2] = wrap(float(off[2]))
+    return off
+
+
+def _squared(believed: Floats, off: Floats) -> float:
+    return dmath.total((believed * off).ravel() * np.repeat(off, 3))
+
+
+def _cauchy(squared: float, kernel: float) -> float:
+    return kernel * kernel * dmath.log(1.0 + squared / (kernel * kernel))
+
+
+def _cost(sights: Sequence[Sight], distance_sigma: float, pose: Floats, kernel: float) -> float:
+    """What the sights leave over at a pose."""
+    x, y, theta = pose.tolist()
+    whole = 0.0
+    for of, bearing, distance, sigma in sights:
+        direction, far, _, _ = of.look(x, y)
+        b, d = wrap(bearing - (direction - theta)) / sigma, (distance - far) / distance_sigma
+        whole += _cauchy(b * b, kernel) + _cauchy(d * d, kernel)
+    return whole
 
 
 def _normal_equations(

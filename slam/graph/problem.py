@@ -37,7 +37,7 @@ class Graph:
     been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
     chain, `drawn_as` (k, 2) that chain and its nature.
     `errors` (4,) the wheels', `rotation_prior` (2,) what each sweep by itself says: mean and σ.
-    `closed` is the sweep at which a loop was closed last.
+    `closed` is the sweep at which a loop was closed last; `slip` by how much odometry slips more than is usual.
     """
 
     poses: Floats
@@ -65,6 +65,7 @@ class Graph:
     errors: Floats
     rotation_prior: Floats
     closed: int = -CLOSE_EVERY
+    slip: float = 1.0
 
     @classmethod
     def empty(cls) -> "Graph":

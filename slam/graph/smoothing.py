@@ -19,6 +19,7 @@ from slam.graph.drawing import along_lines, drawn
 from slam.graph.matching import Sights
 from slam.graph.merging import may_close, merged
 from slam.graph.natures import tell_natures
+from slam.graph.odometry import slip
 from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, sighting_residuals
 from slam.graph.solver import part_from, solve
 from slam.localisation import Localisation
@@ -48,6 +49,7 @@ def smooth(
         graph = solve(graph, part_from(graph, int(before[old].min())), config.graph)
         graph = replace(graph, closed=sweep)
     graph, pairs = merged(graph, touched, first, config.graph)
+    graph = replace(graph, slip=slip(graph, config.graph))
     graph = replace(graph, extent=_extents(graph, np.union1d(touched, np.array([k for k, _ in pairs], dtype=np.int64))))
     changed = np.flatnonzero((graph.poses[:-1] != track.graph.poses).any(axis=1))
     since = min(int(changed[0]), first) if len(changed) else first

@@ -67,7 +67,7 @@ def total_error(graph: Graph, part: Part, config: GraphConfig) -> float:
     seen, _, _ = sighting_residuals(graph, part.rows, config.distance_sigma_m)
     steps = motion_residuals(graph, part.sweeps, config)[0]
     return dmath.total(kernel_cost(seen, config.kernel).ravel()) + dmath.total(
-        kernel_cost(steps, MOTION_KERNEL).ravel()
+        kernel_cost(_whole(steps), MOTION_KERNEL)
     )
 
 
@@ -79,6 +79,11 @@ def weights(residuals: Floats, kernel: float) -> Floats:
 def kernel_cost(residuals: Floats, kernel: float) -> Floats:
     """Cauchy's, by the residuals in standard deviations."""
     return np.asarray(kernel * kernel * dmath.log(1.0 + residuals * residuals / (kernel * kernel)))
+
+
+def _whole(steps: Floats) -> Floats:
+    """Of residuals (s, 3) the length (s,): a step is wild as a whole; one that was not driven says nothing of turns."""
+    return np.sqrt(np.cumsum(steps * steps, axis=1)[:, -1])
 
 
 @dataclass(frozen=True)
@@ -166,7 +171,7 @@ def _sighting_rows(at: _Unknowns, problem: _Problem) -> Floats:
 def _step_rows(at: _Unknowns, problem: _Problem) -> Floats:
     """Weighed by the kernel (s, 3, 11): by former pose, latter pose, errors, and what is to be explained."""
     rows = problem.steps.residuals(at.poses, at.errors)
-    rows *= np.sqrt(weights(rows[:, :, 10], MOTION_KERNEL))[:, :, None]
+    rows *= np.sqrt(weights(_whole(rows[:, :, 10]), MOTION_KERNEL))[:, None, None]
     rows[:, :, 10] *= -1.0
     rows[:1, :, :3] = 0.0  # the pose before the first that moves stays
     return rows
