@@ -147,13 +147,23 @@ def end_gaps(walls: Pieces, spots: Spots, sweep: int, config: EndConfig, weight:
 def ended_by(gaps: Floats, spots: Floats, config: EndConfig, margin_m: float = 0.1) -> Bools:
     """In which of the gaps (g, 4) one of the spots (s, 4) stands, so that a wall would have ended there."""
     dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
+    place = ended_at(gaps, spots, config, margin_m)
+    return np.asarray((place < np.sqrt(dx * dx + dy * dy) - margin_m).any(axis=1))
+
+
+def ended_at(gaps: Floats, spots: Floats, config: EndConfig, margin_m: float) -> Floats:
+    """How far along each gap (g, 4) each spot (s, 4) would have ended a wall: (g, s) m, infinite where it would not.
+
+    Nothing ends it so near its beginning as the margin.
+    """
+    dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
     length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)
     along_x, along_y = dx / length, dy / length
     x, y = spots[:, 0] - gaps[:, :1], spots[:, 1] - gaps[:, 1:2]
     place, beside = along_x * x + along_y * y, np.abs(along_x * y - along_y * x)
     aside = np.abs(along_x * spots[:, 2] + along_y * spots[:, 3]) >= dmath.sin(config.aside_deg * DEGREE)
-    inside = (place > margin_m) & (place < length - margin_m) & (beside <= config.beside_m)
-    return np.asarray((aside & inside).any(axis=1))
+    ends = aside & (beside <= config.beside_m) & (place > margin_m) & (place < length)
+    return np.where(ends, place, np.inf)
 
 
 def _in_line(walls: Pieces, spots: Spots, config: EndConfig) -> Bools:
@@ -183,11 +193,16 @@ def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
 
     Not near their ends, and not near its own.
     """
-    return np.asarray(crossings(gaps, paths, margin_m).any(axis=1))
+    dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
+    place = heard_through_at(gaps, paths, margin_m, margin_m)
+    return np.asarray((place < np.sqrt(dx * dx + dy * dy) - margin_m).any(axis=1))
 
 
-def crossings(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
-    """Which gaps (g, 4) which ways of sound (p, 4) go through: (g, p)."""
+def heard_through_at(gaps: Floats, paths: Floats, margin_m: float, short_m: float = 0.15) -> Floats:
+    """How far along each gap (g, 4) each way of sound (p, 4) goes through it: (g, p) m, infinite where it does not.
+
+    Not so near the gap's beginning as the margin, nor so near the way's end: what answered may be the wall itself.
+    """
     gx, gy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
     px, py = paths[:, 2] - paths[:, 0], paths[:, 3] - paths[:, 1]
     x, y = paths[:, 0] - gaps[:, :1], paths[:, 1] - gaps[:, 1:2]
@@ -196,5 +211,5 @@ def crossings(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
     steep = np.abs(across) > STEEP * length * way
     safe = np.where(steep, across, 1.0)
     place, part = (x * py - y * px) / safe * length, (x * gy - y * gx) / safe * way
-    inside = (place > margin_m) & (place < length - margin_m) & (part > 0.0) & (part < way - margin_m)
-    return np.asarray(steep & inside)
+    through = steep & (place > margin_m) & (place < length) & (part > 0.0) & (part < way - short_m)
+    return np.where(through, place, np.inf)

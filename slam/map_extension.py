@@ -20,14 +20,14 @@ from slam.evidence import NOTHING, Evidence, Layer, patch_between
 from slam.features import Features
 from slam.geometry import Bools, Pose, wrap
 from slam.grid import Grid, Patch
-from slam.links import Gaps, Spots, chain_gaps, curtains, end_gaps, ended_by, heard_through
+from slam.links import Gaps, Spots, chain_gaps, curtains, end_gaps, ended_by
 from slam.pieces import Pieces, places_of
+from slam.reach import Witnesses, refuted, trimmed
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
 from slam.self_calibration import Calibrated
 from slam.shapes import cut, in_line, shapes_of
 from slam.sight import Sight, sight_of
-from slam.silence import missing
 from slam.sweep import Ints
 
 STEP_M = 2.0
@@ -176,13 +176,11 @@ class _Drawing:
         pieces = self._pieces.at(np.concatenate([each.walls for each in seen]))
         doubtful = (pieces.nature == OPEN) & in_line(paths[:, 2:], pieces.normal, new.strokes, config.shapes)
         crossed = np.abs(cut(paths[:, 2:], strokes, new.strokes) - strokes).max(axis=1, initial=0.0) > config.cell_m
-        ways = np.concatenate([new.paths, self._driven(np.array([newest - 1]))])
-        ended = (
-            self._missing(gaps, np.array([newest]), strokes)
-            | heard_through(gaps, ways)
-            | ended_by(gaps, new.spots[new.spot_of < 0], config.ends)
-        )
-        which = np.concatenate([gap_of[ended], stroke_of[doubtful | crossed]])
+        against = self._witnesses(np.array([newest]), [new], self._driven(np.array([newest - 1])))
+        against = replace(against, strokes=strokes)  # also those hide a wall from the newest
+        ended = refuted(gaps, against) | ended_by(gaps, against.spots, config.ends)
+        shorter = np.abs(trimmed(paths[:, 2:], strokes, against, config.ends) - strokes).max(axis=1, initial=0.0)
+        which = np.concatenate([gap_of[ended], stroke_of[doubtful | crossed | (shorter > config.repaint_along_m)]])
         return [int(k) for k in near[np.unique(which)]]
 
     def _change(self, gone: list[Layer], new: list[Layer]) -> None:
@@ -224,12 +222,13 @@ class _Drawing:
             spots=np.concatenate([shapes.foot, shapes.towards], axis=1),
             spot_of=np.where(wall, first + shapes.wall, -1),
         )
-        paths = np.concatenate([drawn.paths, self._driven(near), *(old.paths for old in others)])
+        against = self._witnesses(with_own, [*others, drawn], self._driven(with_own))
+        drawn = replace(drawn, strokes=trimmed(shapes.foot[wall], drawn.strokes, against, config.ends))
+        shapes.ends[wall] = drawn.strokes
         mine, older = own.at(np.flatnonzero(own.nature != POINT)), self._walls_of(near[near < k])
         links = chain_gaps(mine, older, config.link_gap_m, config.link)
         gaps = links.joined(self._ends(k, drawn, near)) if config.end else links
-        gaps = gaps.at(~heard_through(gaps.ends, paths))  # where something was heard through it there is no wall
-        gaps = gaps.at(~self._missing(gaps.ends, with_own, np.concatenate([around, drawn.strokes])))
+        gaps = gaps.at(~refuted(gaps.ends, against))
         sides = curtains(mine, older, self._places[older.sweep, :2], (pose.x, pose.y), config.link_gap_m)
         layer = render(pose, shapes, gaps, sides, self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
@@ -239,19 +238,15 @@ class _Drawing:
         rows = self._pieces.of_sweeps(sweeps)
         return self._pieces.at(rows[self._pieces.nature[rows] != POINT])
 
-    def _missing(self, gaps: Floats, stations: Ints, strokes: Floats) -> Bools:
-        """In which of the gaps (g, 4) a wall would have been heard from one of the stations, and was not.
-
-        A known wall in the way mirrors sound elsewhere: behind it silence says nothing.
-        """
-        none = np.zeros(len(gaps), dtype=bool)
-        if len(gaps) == 0:
-            return none
-        profiles = np.concatenate([self._painted[j].sight.unheard for j in stations.tolist()])
-        gap, _, ways = missing(gaps, self._places[stations], profiles.reshape(len(stations), -1))
-        if len(gap):
-            none[gap[~heard_through(ways, strokes, 0.0)]] = True
-        return none
+    def _witnesses(self, sweeps: Ints, painted: list[Painted], driven: Floats) -> Witnesses:
+        """What these sweeps did not hear, and what may speak against a wall of what was painted or driven."""
+        return Witnesses(
+            stations=self._places[sweeps],
+            profiles=np.stack([self._painted[j].sight.unheard for j in sweeps.tolist()]),
+            strokes=np.concatenate([each.strokes for each in painted]),
+            spots=np.concatenate([each.spots[each.spot_of < 0] for each in painted]),
+            ways=np.concatenate([driven, *(each.paths for each in painted)]),
+        )
 
     def _driven(self, near: Ints) -> Floats:
         """The ways (d, 4) that the robot went between sweeps, one after the other: through no wall."""
@@ -267,6 +262,7 @@ class _Drawing:
         rows = np.concatenate([each.spots for _, each in seen])
         numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
         walls = pieces.at(np.concatenate([each.walls[each.shares == 1.0] for _, each in seen]))
+        walls = replace(walls, ends=np.concatenate([each.strokes[each.shares == 1.0] for _, each in seen]))
         of = np.concatenate([each.spot_of for _, each in seen])
         may = np.append(pieces.nature, OPEN)[of] != WALL
         spots = Spots(rows[may, :2], rows[may, 2:], numbers[may])

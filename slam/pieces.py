@@ -18,7 +18,7 @@ from slam.sweep import Ints
 
 Rows = TypeVar("Rows", Ints, Floats)
 
-SURE = 3
+SURE = 4
 """What fewer sweeps took for a wall may still be none."""
 
 

@@ -16,6 +16,7 @@ from slam.grid import Grid
 from slam.links import EndConfig, Gaps
 from slam.paint import Canvas
 from slam.shapes import ShapeConfig, Shapes
+from slam.sweep import Ints
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,8 @@ class MapConfig:
     occupied_from: int = 15
     free_from: int = -6
     wall: int = 40
-    narrow: int = 25  # whatever is no wall
+    narrow: int = 25  # whatever is no wall …
+    far: int = 12  # … and the same farther away than `narrow_reach_m`: another sweep must say so too
     near: int = 2  # a class (ii) reading, to its RCD's own weight
     link: int = 40  # between neighbours of a chain
     end: int = 40  # between a wall and the corner it ends in
@@ -37,6 +39,7 @@ class MapConfig:
     fan: int = 8  # before what was seen, or filled
     body: int = 20  # where the robot stood
     faint_reach_m: float = 3.0  # farther out half of it came back by way of something
+    narrow_reach_m: float = 3.0  # farther out its bearing tells little of its place
     core_deg: float = 1.5  # half of what is free before a dot
     link_gap_m: float = 2.0
     solid_from: int = 20  # as sure as this, a wall stops fans
@@ -70,8 +73,7 @@ def render(
     height, width = disc.bins.shape
     canvas = Canvas(disc.left, disc.bottom, width, height, config.cell_m)
     known = grid.window(disc.left, disc.bottom, width, height)
-    base = np.where(shapes.wall >= 0, config.wall, np.where(shapes.faint, config.faint, config.narrow))
-    weights = base + np.minimum(config.near * shapes.support, base // 2)
+    weights = _weights(pose, shapes, config)
     canvas.mark(np.concatenate([shapes.ends, gaps.ends]), np.concatenate([weights, gaps.weight]))
     solid = np.maximum(known, canvas.occupied) >= config.solid_from
     fans, between = _profiles(pose, shapes, gaps, curtains, config)
@@ -82,6 +84,15 @@ def render(
     canvas.free[disc.nearer(fans)] = -config.fan
     canvas.free[disc.ranges < config.body_radius_m] = -config.body
     return cropped(canvas.left, canvas.bottom, canvas.evidence())
+
+
+def _weights(pose: Pose, shapes: Shapes, config: MapConfig) -> Ints:
+    """What each of the shapes (n,) is worth, readings of class (ii) included."""
+    off = shapes.foot - (pose.x, pose.y)
+    near = off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] <= config.narrow_reach_m * config.narrow_reach_m
+    narrow = np.where(shapes.faint, config.faint, np.where(near, config.narrow, config.far))
+    base = np.where(shapes.wall >= 0, config.wall, narrow)
+    return np.asarray(base + np.minimum(config.near * shapes.support, base // 2))
 
 
 def _points(pose: Pose, shapes: Shapes, gaps: Gaps, curtains: Floats) -> Floats:

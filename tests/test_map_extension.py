@@ -17,13 +17,15 @@ from slam.links import EndConfig, Spots, chain_gaps, end_gaps, ended_by, heard_t
 from slam.map_extension import Map, extend_map
 from slam.pieces import Pieces
 from slam.pipeline import Step
+from slam.reach import Witnesses, trimmed
 from slam.shapes import clipped, cut
+from slam.silence import DIRECTIONS
 from tests.synthetic import RING, StraightWall, corridor, scan
 
 PAPER = algorithm("paper")
 CONFIG = PAPER.config.map
 EMPTY = Grid(CONFIG.cell_m, CONFIG.occupied_from, CONFIG.free_from)
-STATIONS = [Pose(0.8 * k, 0.0, 0.0) for k in range(4)]
+STATIONS = [Pose(0.8 * k, 0.0, 0.0) for k in range(5)]
 AWAY = Pose(0.3, 1.2, 7.0 * DEGREE)
 """Where a loop that closes may move everything to."""
 
@@ -64,18 +66,18 @@ def drawn(steps: list[Step], by: list[Pose]) -> Map:
 
 
 def test_a_map_drawn_anew_is_the_one_drawn_there_at_once(steps: list[Step]) -> None:
-    late = drawn(steps, [ORIGIN, ORIGIN, ORIGIN, AWAY])
-    at_once = drawn(steps, [AWAY] * 4)
+    late = drawn(steps, [*[ORIGIN] * 4, AWAY])
+    at_once = drawn(steps, [AWAY] * 5)
     cells, left, bottom = late.grid.dense()
     assert np.array_equal(cells, at_once.grid.window(left, bottom, cells.shape[1], cells.shape[0]))
     assert bool(late.grid.occupied(cells).any())
 
 
 def test_what_moves_less_than_is_seen_is_not_drawn_again(steps: list[Step]) -> None:
-    here = drawn(steps, [ORIGIN] * 4)
-    nudged = drawn(steps, [ORIGIN, ORIGIN, ORIGIN, Pose(0.4 * CONFIG.repaint_m, 0.0, 0.0)])
+    here = drawn(steps, [ORIGIN] * 5)
+    nudged = drawn(steps, [*[ORIGIN] * 4, Pose(0.4 * CONFIG.repaint_m, 0.0, 0.0)])
     assert all(a.layer.delta is not None and np.array_equal(a.layer.delta, b.layer.delta)
-               for a, b in zip(here.painted[:3], nudged.painted[:3], strict=True))  # fmt: skip
+               for a, b in zip(here.painted[:4], nudged.painted[:4], strict=True))  # fmt: skip
 
 
 def test_a_wall_that_turns_out_to_be_a_point_is_drawn_as_one(steps: list[Step]) -> None:
@@ -189,11 +191,13 @@ def test_walls_are_drawn_as_far_as_the_walls_that_cross_them() -> None:
 
 def test_a_nature_told_by_one_member_holds_for_its_chain_when_it_was_seen_often_enough() -> None:
     wall, other = line(0, 1, 1, 1), line(0, 2, 1, 2)
-    members = (Member(0, 0, wall), Member(1, 0, other), Member(0, 1, wall, WALL), Member(0, 2, wall))
-    before = Pieces.none().renewed((), members[:3])
-    assert before.nature.tolist() == [OPEN, OPEN, OPEN]
-    after = before.renewed(members[:3], members)
-    assert after.nature.tolist() == [WALL, OPEN, WALL, WALL]
+    members = (
+        Member(0, 0, wall), Member(1, 0, other), Member(0, 1, wall, WALL), Member(0, 2, wall), Member(0, 3, wall)
+    )  # fmt: skip
+    before = Pieces.none().renewed((), members[:4])
+    assert before.nature.tolist() == [OPEN] * 4
+    after = before.renewed(members[:4], members)
+    assert after.nature.tolist() == [WALL, OPEN, WALL, WALL, WALL]
     assert after.of_sweep(0) == slice(0, 2)
     assert after.of_sweeps(np.array([1])).tolist() == [2]
 
@@ -220,6 +224,30 @@ def test_a_corner_in_a_gap_ends_the_wall_there() -> None:
     for bearing_deg, place, ended in ((40.0, 1.0, True), (90.0, 1.0, False), (40.0, 1.95, False)):
         sine, cosine = sincos(bearing_deg * DEGREE)
         assert ended_by(gap, np.array([[place, 1.03, cosine, sine]]), config).tolist() == [ended]
+
+
+NOBODY = Witnesses(np.zeros((0, 3)), np.zeros((0, DIRECTIONS)), *(np.zeros((0, 4)) for _ in range(3)))
+AFAR = np.full((1, DIRECTIONS), 3.0)
+
+
+@pytest.mark.parametrize(
+    ("against", "end"),
+    [
+        (NOBODY, 1.0),
+        (replace(NOBODY, spots=np.array([[0.6, 1.03, 0.9, 0.4]])), 0.6),  # heard from aside: an edge
+        (replace(NOBODY, spots=np.array([[0.6, 1.03, 0.1, 1.0]])), 1.0),  # the wall itself
+        (replace(NOBODY, ways=np.array([[0.7, 0.0, 0.7, 2.0]])), 0.7),
+        (replace(NOBODY, ways=np.array([[0.05, 0.0, 0.05, 2.0]])), 1.0),  # it answered there
+        (replace(NOBODY, ways=np.array([[-0.4, 0.0, -0.4, 2.0]])), 1.0),  # on the other side
+        (replace(NOBODY, stations=np.array([[0.8, 0.0, 0.0]]), profiles=AFAR), 0.8),
+        (replace(NOBODY, stations=np.array([[0.8, 0.0, 0.0]]), profiles=AFAR / 4.0), 1.0),
+        (replace(NOBODY, stations=np.array([[0.8, 0.0, 0.0]]), profiles=AFAR,
+                 strokes=np.array([[0.0, 0.5, 2.0, 0.5]])), 1.0),
+    ],
+)  # fmt: skip
+def test_a_wall_reaches_to_what_speaks_against_it(against: Witnesses, end: float) -> None:
+    foot, ends = np.array([[0.0, 1.0]]), np.array([[-0.3, 1.0, 1.0, 1.0]])
+    np.testing.assert_allclose(trimmed(foot, ends, against, EndConfig())[:, 2:], [[end, 1.0]], atol=1e-9)
 
 
 def test_a_short_wall_goes_on_less_far() -> None:
