@@ -46,7 +46,7 @@ class Spots:
     normal: Floats
     sweep: Ints
 
-    def at(self, rows: Bools) -> "Spots":
+    def at(self, rows: Bools | Ints) -> "Spots":
         """Some of them."""
         return Spots(self.point[rows], self.normal[rows], self.sweep[rows])
 

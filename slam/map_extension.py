@@ -25,6 +25,7 @@ from slam.pieces import Pieces, places_of
 from slam.reach import Witnesses, refuted, trimmed
 from slam.reliability import Reliability
 from slam.rendering import MapConfig, render
+from slam.seams import seams
 from slam.self_calibration import Calibrated
 from slam.shapes import cut, in_line, shapes_of
 from slam.sight import Sight, sight_of
@@ -256,17 +257,20 @@ class _Drawing:
         return np.asarray(ways[dx * dx + dy * dy <= STEP_M * STEP_M])
 
     def _ends(self, k: int, drawn: Painted, near: Ints) -> Gaps:
-        """The gaps between walls and the corners that they end in."""
+        """The gaps between walls and the corners that they end in, and between what may be one wall."""
         config, pieces = self._config, self._pieces
         seen = [*((j, self._painted[j]) for j in near.tolist()), (k, drawn)]
         rows = np.concatenate([each.spots for _, each in seen])
         numbers = np.repeat(np.array([j for j, _ in seen]), [len(each.spots) for _, each in seen])
+        spots = Spots(rows[:, :2], rows[:, 2:], numbers)
+        of = np.concatenate([each.spot_of for _, each in seen])
+        off = spots.point - self._places[numbers, :2]
+        near_by = off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] <= config.seams.reach_m * config.seams.reach_m
+        joined = seams(spots.at(near_by), of[near_by] >= 0, k, config.seams, config.seam)
         walls = pieces.at(np.concatenate([each.walls[each.shares == 1.0] for _, each in seen]))
         walls = replace(walls, ends=np.concatenate([each.strokes[each.shares == 1.0] for _, each in seen]))
-        of = np.concatenate([each.spot_of for _, each in seen])
         may = np.append(pieces.nature, OPEN)[of] != WALL
-        spots = Spots(rows[may, :2], rows[may, 2:], numbers[may])
-        return end_gaps(walls, spots, k, config.ends, config.end)
+        return end_gaps(walls, spots.at(may), k, config.ends, config.end).joined(joined)
 
 
 def _stacked(parts: list[Floats]) -> tuple[Floats, Ints]:

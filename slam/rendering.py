@@ -15,6 +15,7 @@ from slam.geometry import Bools, Pose
 from slam.grid import Grid
 from slam.links import EndConfig, Gaps
 from slam.paint import Canvas
+from slam.seams import SeamConfig
 from slam.shapes import ShapeConfig, Shapes
 from slam.sweep import Ints
 
@@ -35,6 +36,7 @@ class MapConfig:
     near: int = 2  # a class (ii) reading, to its RCD's own weight
     link: int = 40  # between neighbours of a chain
     end: int = 40  # between a wall and the corner it ends in
+    seam: int = 25  # between things in line that were heard square on
     faint: int = 25  # what class (iii) readings agree on
     fan: int = 8  # before what was seen, or filled
     body: int = 20  # where the robot stood
@@ -51,6 +53,7 @@ class MapConfig:
     plain_cone: bool = False
     shapes: ShapeConfig = field(default_factory=ShapeConfig)
     ends: EndConfig = field(default_factory=EndConfig)
+    seams: SeamConfig = field(default_factory=SeamConfig)
 
 
 WIDEST = 8

@@ -18,6 +18,7 @@ from slam.map_extension import Map, extend_map
 from slam.pieces import Pieces
 from slam.pipeline import Step
 from slam.reach import Witnesses, trimmed
+from slam.seams import SeamConfig, seams
 from slam.shapes import clipped, cut
 from slam.silence import DIRECTIONS
 from tests.synthetic import RING, StraightWall, corridor, scan
@@ -224,6 +225,27 @@ def test_a_corner_in_a_gap_ends_the_wall_there() -> None:
     for bearing_deg, place, ended in ((40.0, 1.0, True), (90.0, 1.0, False), (40.0, 1.95, False)):
         sine, cosine = sincos(bearing_deg * DEGREE)
         assert ended_by(gap, np.array([[place, 1.03, cosine, sine]]), config).tolist() == [ended]
+
+
+@pytest.mark.parametrize(
+    ("others", "known", "found"),
+    [
+        ([(1.0, 1.02, 90.0)], [False, False], True),  # both answered square on, in line
+        ([(1.0, 1.02, 90.0)], [True, True], False),  # two walls: their chain's business
+        ([(1.0, 1.2, 90.0)], [False, False], False),
+        ([(1.0, 1.0, 70.0)], [False, False], False),
+        ([(1.5, 1.0, 90.0)], [False, False], False),
+        ([(1.0, 1.0, 90.0), (1.05, 1.0, 130.0)], [False] * 3, False),  # a pole: heard from aside too
+    ],
+)
+def test_what_answers_square_on_and_in_line_is_one_wall(
+    others: list[tuple[float, float, float]], known: list[bool], *, found: bool
+) -> None:
+    all_ = [spot(0.0, 1.0, 90.0), *(spot(*each) for each in others)]
+    point, normal = (np.concatenate([getattr(each, name) for each in all_]) for name in ("point", "normal"))
+    spots = Spots(point, normal, np.array([1] + [0] * len(others)))
+    gaps = seams(spots, np.array(known), 1, SeamConfig(), 25)
+    assert gaps.ends.tolist() == ([[0.0, 1.0, *others[0][:2]]] if found else [])
 
 
 NOBODY = Witnesses(np.zeros((0, 3)), np.zeros((0, DIRECTIONS)), *(np.zeros((0, 4)) for _ in range(3)))
