@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from slam import chaining
 from slam.association import Association, AssociationConfig
 from slam.config import Config, configured
+from slam.driving import DrivingConfig
 from slam.errors import SlamError
 from slam.features import FeatureConfig, Wall
 from slam.graph.matching import match
@@ -78,8 +79,13 @@ ALGORITHMS = {
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
             match,
             smooth,
-            # What is narrow or merged counts by how good its bearing is; it need not be left out.
-            Config(reliability=ReliabilityConfig(strong_width_deg=14.0, merged_width_deg=60.0), localisation=FINE),
+            # What is narrow, merged or seen briefly counts by how good its bearing is; it need not be left out.
+            Config(
+                reliability=ReliabilityConfig(
+                    strong_width_deg=14.0, merged_width_deg=60.0, driving=DrivingConfig(strong_sigma_deg=4.0)
+                ),
+                localisation=FINE,
+            ),
         ),
     )
 }

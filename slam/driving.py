@@ -1,7 +1,8 @@
 """Regions of constant depth seen while driving: runs of one sonar's readings along one straight surface.
 
 Where a turning robot sweeps its beam over a wall, a driving one carries the beam along it. Readings r at origins o
-from a wall (φ, D) satisfy r + o·n(φ) = D; over a long enough baseline they give φ, which must lie inside the beam.
+from a wall (φ, D) satisfy r + o·n(φ) = D; over a long enough baseline they give φ, which must lie inside the beam. From
+a corner, an edge or a pole p they satisfy r = |p − o|, which is nearly the same: how far the two fits differ tells.
 """
 
 from dataclasses import dataclass
@@ -10,9 +11,14 @@ import numpy as np
 
 from slam import dmath
 from slam.arcs import Beams
-from slam.dmath import DEGREE, Floats
+from slam.dmath import DEGREE, PI, Floats
 from slam.geometry import wrap
 from slam.sweep import Ints
+
+NOISE_M, USUAL = 0.01, 4.0
+"""A reading's usual noise, and how many readings' worth that is believed: few may lie on one line by chance."""
+SLANTING, RATHER_A_POINT = 65.0 * DEGREE, 3.2
+"""Nearer than that to the way driven a wall is rare: four times of five, it is a corner or an edge. In χ²."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +28,16 @@ class DrivingConfig:
     spread_m: float = 0.03
     min_readings: int = 4
     min_baseline_m: float = 0.20
-    strong_sigma_deg: float = 1.2  # of the bearing, from what the readings leave over
+    strong_sigma_deg: float = 1.5  # of the bearing, from what the readings leave over
     max_turn_deg: float = 6.0
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A straight surface at `distance` m along `bearing` rad in F, seen from `left` to `right` m of its foot."""
+    """A straight surface at `distance` m along `bearing` rad in F, seen from `left` to `right` m of its foot.
+
+    What is rather a point (`parallax` > 0) is where F's origin would see that.
+    """
 
     bearing: float
     distance: float
@@ -37,6 +46,7 @@ class Stretch:
     sigma: float  # of the bearing, rad
     spread: float
     readings: tuple[int, ...]
+    parallax: float = 0.0  # by how much χ² it is rather a point
 
 
 def find_stretches(beams: Beams, config: DrivingConfig) -> list[Stretch]:
@@ -81,9 +91,41 @@ def _fit(beams: Beams, members: Ints, config: DrivingConfig) -> Stretch | None:
         return None
     feet = _across(beams, members, bearing, ahead=False)
     # The fit's own error: what it leaves over, against how far the readings reach. A step in the wall leaves much over.
-    off, reach = levels - distance, feet - dmath.mean(feet)
-    sigma = dmath.sqrt(dmath.total(off * off) / (float(len(members) - 2) * dmath.total(reach * reach)))
-    return Stretch(bearing, distance, float(feet.min()), float(feet.max()), sigma, spread, tuple(members.tolist()))
+    left_over, reach = dmath.total((levels - distance) * (levels - distance)), feet - dmath.mean(feet)
+    usual, freedom = USUAL * NOISE_M * NOISE_M, float(len(members)) - 2.0 + USUAL
+    sigma = dmath.sqrt((left_over + usual) / (freedom * dmath.total(reach * reach)))
+    (x, y), beyond = _point(beams, members, bearing)
+    parallax = (left_over - beyond) * freedom / (min(left_over, beyond) + usual) + _slanting(beams, members, bearing)
+    readings = tuple(members.tolist())
+    if parallax > 0.0:
+        return Stretch(dmath.atan2(y, x), dmath.hypot(x, y), 0.0, 0.0, sigma, spread, readings, parallax)
+    return Stretch(bearing, distance, float(feet.min()), float(feet.max()), sigma, spread, readings, parallax)
+
+
+def _slanting(beams: Beams, members: Ints, bearing: float) -> float:
+    """By how much χ² it is rather a point because the robot drives towards it, or away from it."""
+    first, last = beams.origin[members[0]], beams.origin[members[-1]]
+    way = dmath.atan2(float(last[1] - first[1]), float(last[0] - first[0]))
+    off = abs(wrap(bearing - way))
+    return RATHER_A_POINT if min(off, PI - off) < SLANTING else 0.0
+
+
+def _point(beams: Beams, members: Ints, bearing: float) -> tuple[tuple[float, float], float]:
+    """The point (x, y) of F that these readings come from if they come from one, by least squares; what is left, m²."""
+    sine, cosine = dmath.sincos(bearing)
+    far, origin = beams.distance[members], beams.origin[members]
+    x = dmath.mean(origin[:, 0]) + dmath.mean(far) * cosine
+    y = dmath.mean(origin[:, 1]) + dmath.mean(far) * sine
+    for _ in range(3):
+        dx, dy = x - origin[:, 0], y - origin[:, 1]
+        reach = np.maximum(dmath.hypot(dx, dy), 1e-3)
+        ux, uy, off = dx / reach, dy / reach, far - reach
+        xx, xy, yy = dmath.total(ux * ux) + 1e-6, dmath.total(ux * uy), dmath.total(uy * uy) + 1e-6
+        along_x, along_y = dmath.total(ux * off), dmath.total(uy * off)
+        whole = xx * yy - xy * xy
+        x, y = x + (yy * along_x - xy * along_y) / whole, y + (xx * along_y - xy * along_x) / whole
+    off = far - dmath.hypot(x - origin[:, 0], y - origin[:, 1])
+    return (x, y), dmath.total(off * off)
 
 
 def _tilt(distance: Floats, along_axis: Floats, across: Floats) -> float:

@@ -90,6 +90,7 @@ def analyse_reliability(calibrated: Calibrated, config: ReliabilityConfig) -> Re
                 strong=s.sigma <= config.driving.strong_sigma_deg * DEGREE,
                 sonars=1,
                 readings=s.readings,
+                parallax=s.parallax,
             )
             for s in find_stretches(beams, config.driving)
         ]
