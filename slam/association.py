@@ -173,17 +173,24 @@ def _told(
 
 
 def nature_of(
-    wall: Segment, here: Pose, members: list[Member], poses: tuple[Pose, ...], config: AssociationConfig
+    wall: Segment,
+    here: Pose,
+    members: list[Member],
+    poses: tuple[Pose, ...],
+    config: AssociationConfig,
+    sigma: float = 0.0,
 ) -> int:
     """Wall or point, by parallax: as the robot goes along a wall its foot point goes with it; a point's stays.
 
     Told by the member whose station lies least far along the wall from here, but far enough; OPEN while none does.
-    From far away a corner at the end of a wall looks like a piece of it.
+    From far away a corner at the end of a wall looks like a piece of it. A foot point is no better than its bearing:
+    `sigma` is that of the wall's, in rad.
     """
     spot = foot(wall, here)
     distance = dmath.hypot(spot[0] - here.x, spot[1] - here.y)
-    enough = max(config.parallax_m, config.parallax_of_distance * distance)
     alpha = np.array([member.segment.alpha for member in members])
+    sigmas = np.array([dmath.hypot(sigma, member.sigma) for member in members])
+    enough = np.maximum(config.parallax_m, distance * np.maximum(config.parallax_of_distance, sigmas))
     x, y = (np.array([getattr(poses[member.sweep], name) for member in members]) for name in ("x", "y"))
     sine, cosine = dmath.sincos(alpha)
     moved = cosine * (here.y - y) - sine * (here.x - x)

@@ -7,11 +7,12 @@ from slam.association import Association, Chains, associate
 from slam.config import Config
 from slam.features import Wall
 from slam.geometry import Pose, wrap
+from slam.landmarks import Landmarks
 from slam.localisation import Localisation, LocalisationConfig
 from slam.recognition import recognise
 from slam.self_calibration import Calibrated, Calibration
 from slam.track import Track
-from slam.weighing import weigh, with_drift
+from slam.weighing import Balance, weigh, with_drift, without_strangers
 
 Search = Callable[[Pose, Association, Chains, LocalisationConfig], Localisation]
 
@@ -39,7 +40,8 @@ def localise_by(
 
 def recognise_chains(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config: Config) -> Association:
     """Each wall to the chain that it fits best, as a wall or as a point [III.E]."""
-    return recognise(walls, track.chains, track.poses, calibrated.predicted, config.association, config.recognition)
+    landmarks = Landmarks(track.chains, track.poses, config.landmarks)
+    return recognise(walls, landmarks, calibrated.predicted, config.association, config.recognition)
 
 
 def localise_by_weight(
@@ -47,18 +49,12 @@ def localise_by_weight(
 ) -> tuple[Localisation, Track, Calibration]:
     """One pose after the other, by weight; what the robot had to be turned by tells the drift of its wheels."""
     sigmas = tuple(wall.sigma for wall in walls)
-    found = weigh(
-        calibrated.predicted,
-        association,
-        sigmas,
-        track.chains,
-        track.poses,
-        config.localisation,
-        config.recognition,
-        config.weighing,
-    )
+    landmarks = Landmarks(track.chains, track.poses, config.landmarks)
+    balance = Balance(association, sigmas, landmarks, config.weighing)
+    found = weigh(balance, calibrated.predicted, config.localisation)
     placed = tuple(wall.segment.moved(found.pose) for wall in walls)
-    chains = track.chains.joined(association.chained(placed), len(track.poses), sigmas)
+    agreed = without_strangers(balance, placed, found.pose)
+    chains = track.chains.joined(agreed.chained(placed), len(track.poses), sigmas)
     learnt, motion = calibrated.calibration, calibrated.motion
     if motion is not None and association.links:
         turn = wrap(found.pose.theta - calibrated.predicted.theta)

@@ -10,6 +10,7 @@ from slam.features import FeatureConfig
 from slam.frontier_config import FrontierConfig
 from slam.graph.config import GraphConfig
 from slam.grid import LIMIT
+from slam.landmarks import LandmarkConfig
 from slam.localisation import LocalisationConfig
 from slam.recognition import RecognitionConfig
 from slam.reliability import ReliabilityConfig
@@ -33,8 +34,9 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "localisation.angle_step_deg": (0.01, 45.0),
     "localisation.window": (1, 501),
     "localisation.cell_m": (0.001, 1.0),
-    "recognition.along_m": (1e-4, 1.0),
-    "recognition.heading_deg": (0.001, 45.0),
+    "landmarks.along_m": (1e-4, 1.0),
+    "landmarks.heading_deg": (0.001, 45.0),
+    "landmarks.post_m": (1e-4, 10.0),
     "weighing.bearing_sigma_deg": (0.001, 45.0),
     "weighing.distance_sigma_m": (1e-4, 1.0),
     "weighing.turn_sigma_deg": (0.001, 45.0),
@@ -79,6 +81,7 @@ class Config:
     reliability: ReliabilityConfig = field(default_factory=ReliabilityConfig)
     features: FeatureConfig = field(default_factory=FeatureConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
+    landmarks: LandmarkConfig = field(default_factory=LandmarkConfig)
     recognition: RecognitionConfig = field(default_factory=RecognitionConfig)
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
     weighing: WeighingConfig = field(default_factory=WeighingConfig)

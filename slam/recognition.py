@@ -1,17 +1,15 @@
 """Block E of `paper`: which chain each wall of the sweep belongs to, as a wall or as a point [III.E].
 
 A chain of points shows from everywhere the wall that its point answers like: the one across the line of sight. So d1
-and a1 are the same for both. Whatever joins a chain must fit its root, too, because the root is what corrects the pose.
+and a1 are the same for both. Whatever joins a chain must fit its line, too, because the line is what corrects the pose.
 
 Must not know: how a pose is corrected.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slam import dmath
 from slam.association import (
     OPEN,
     POINT,
@@ -20,7 +18,6 @@ from slam.association import (
     AssociationConfig,
     Chains,
     Link,
-    Member,
     end_gap,
     foot,
     mean_distance,
@@ -30,7 +27,7 @@ from slam.association import (
 from slam.dmath import DEGREE
 from slam.features import Wall
 from slam.geometry import Pose, Segment, wrap
-from slam.linear import solve_spd
+from slam.landmarks import Landmarks, Line
 
 REACH_M = 1.0
 """Farther from a wall's middle no point can be what answers there."""
@@ -38,72 +35,16 @@ REACH_M = 1.0
 
 @dataclass(frozen=True)
 class RecognitionConfig:
-    """Thresholds d1 and a1 that are tried first; those of the association if with them `explained` of the walls link.
-
-    A sighting fixes a point to `along_m` along the line of sight, and across it to the bearing's own sigma and to
-    `heading_deg`, of the heading it was seen with.
-    """
+    """Thresholds d1 and a1 that are tried first; those of the association if they link `explained` of the walls."""
 
     d1_m: float = 0.10
     a1_deg: float = 10.0
     explained: float = 0.75
-    along_m: float = 0.02
-    heading_deg: float = 1.0
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a chain's point stands, x and y in m, and how uncertain that is: its covariance in m²."""
-
-    x: float
-    y: float
-    xx: float
-    xy: float
-    yy: float
-
-    def line(self, here: Pose) -> tuple[float, float]:
-        """The line (α, ρ) that the point answers like to a robot that stands here."""
-        alpha = dmath.atan2(self.y - here.y, self.x - here.x)
-        sine, cosine = dmath.sincos(alpha)
-        return alpha, cosine * self.x + sine * self.y
-
-    def across(self, alpha: float) -> float:
-        """How uncertain it is across a line of sight of this bearing, in m."""
-        sine, cosine = dmath.sincos(alpha)
-        return dmath.sqrt(sine * sine * self.xx - 2.0 * sine * cosine * self.xy + cosine * cosine * self.yy)
-
-
-def place_of(members: Iterable[Member], poses: tuple[Pose, ...], config: RecognitionConfig) -> Place:
-    """Where the members' lines of sight cross: each foot point counts by how good its bearing and distance are."""
-    whole, right = np.zeros((2, 2)), np.zeros(2)
-    along = 1.0 / (config.along_m * config.along_m)
-    heading = config.heading_deg * DEGREE
-    for member in members:
-        station = poses[member.sweep]
-        spot = np.array(foot(member.segment, station))
-        distance = dmath.hypot(float(spot[0]) - station.x, float(spot[1]) - station.y)
-        aside = distance * dmath.hypot(member.sigma, heading)
-        across = 1.0 / (aside * aside + config.along_m * config.along_m)
-        sine, cosine = dmath.sincos(member.segment.alpha)
-        mixed = (along - across) * sine * cosine
-        each = np.array(
-            [
-                [along * cosine * cosine + across * sine * sine, mixed],
-                [mixed, along * sine * sine + across * cosine * cosine],
-            ]
-        )
-        whole = whole + each
-        right = right + (each[:, 0] * spot[0] + each[:, 1] * spot[1])
-    x, y = solve_spd(whole, right).tolist()
-    (a, b), (_, c) = whole.tolist()
-    determinant = a * c - b * b
-    return Place(x, y, c / determinant, -b / determinant, a / determinant)
 
 
 def recognise(
     walls: tuple[Wall, ...],
-    chains: Chains,
-    poses: tuple[Pose, ...],
+    landmarks: Landmarks,
     predicted: Pose,
     thresholds: AssociationConfig,
     config: RecognitionConfig,
@@ -113,11 +54,11 @@ def recognise(
     Odometry is seldom off by as much as the thresholds allow, so narrower ones come first. A robot that was pushed
     leaves them without a link, or with few where the wider ones link nearly all.
     """
-    placed = tuple(wall.segment.moved(predicted) for wall in walls)
+    placed, sigmas = tuple(wall.segment.moved(predicted) for wall in walls), [wall.sigma for wall in walls]
     narrow = replace(thresholds, d1_m=min(config.d1_m, thresholds.d1_m), a1_deg=min(config.a1_deg, thresholds.a1_deg))
-    links = _links(placed, chains, poses, predicted, narrow, config)
+    links = _links(placed, sigmas, landmarks, predicted, narrow)
     if len(links) < len(walls):
-        wider = _links(placed, chains, poses, predicted, thresholds, config)
+        wider = _links(placed, sigmas, landmarks, predicted, thresholds)
         if len(wider) > len(links) and (not links or len(wider) >= config.explained * len(walls)):
             links = wider
     linked = {link.wall for link in links}
@@ -126,42 +67,25 @@ def recognise(
 
 
 def _links(
-    placed: tuple[Segment, ...],
-    chains: Chains,
-    poses: tuple[Pose, ...],
-    here: Pose,
-    thresholds: AssociationConfig,
-    config: RecognitionConfig,
+    placed: tuple[Segment, ...], sigmas: list[float], landmarks: Landmarks, here: Pose, thresholds: AssociationConfig
 ) -> list[Link]:
-    natures: dict[int, int] = {}
-    places: dict[int, Place] = {}
-    links = []
+    chains, links = landmarks.chains, []
     for k, wall in enumerate(placed):
         looks = _as_walls(k, wall, chains, thresholds)
-        for chain in _near(wall, chains) if thresholds.tell_points else []:
-            if chain not in places:
-                places[chain] = place_of(chains.of(chain), poses, config)
-            looks.append(_as_point(k, wall, chain, chains, places[chain], here))
-        for look in looks:
-            if look.chain not in natures:
-                natures[look.chain] = told(chains.of(look.chain))
+        if thresholds.tell_points:
+            looks += [_as_point(k, wall, chain, landmarks, here) for chain in _near(wall, chains)]
         looks = [
             look
             for look in looks
             if look.d1 <= thresholds.d1_m
             and look.a1 <= thresholds.a1_deg * DEGREE
-            and natures[look.chain] in (OPEN, look.nature)
+            and landmarks.nature(look.chain) in (OPEN, look.nature)
         ]
         if looks:
             nearest = min(looks, key=lambda look: (look.d1, look.chain))
             of_chain = [look for look in looks if look.chain == nearest.chain]
-            links.append(_settled(of_chain, natures[nearest.chain], wall, chains, poses, here, thresholds))
+            links.append(_settled(of_chain, wall, sigmas[k], landmarks, here, thresholds))
     return [link for link in links if link is not None]
-
-
-def told(members: list[Member]) -> int:
-    """The nature of a chain: what was told of it last; OPEN while nothing was."""
-    return next((member.nature for member in reversed(members) if member.nature != OPEN), OPEN)
 
 
 def _as_walls(k: int, wall: Segment, chains: Chains, thresholds: AssociationConfig) -> list[Link]:
@@ -191,30 +115,29 @@ def _near(wall: Segment, chains: Chains) -> list[int]:
     return [int(chain) for chain in np.unique(table[near, 6]).tolist()]
 
 
-def _as_point(k: int, wall: Segment, chain: int, chains: Chains, place: Place, here: Pose) -> Link:
-    alpha, rho = place.line(here)
-    d1 = float(mean_distance(wall, np.array([alpha]), np.array([rho]))[0])
-    newest = int(np.flatnonzero(chains.table[:, 6] == chain)[-1])
-    return Link(k, chain, newest, d1, abs(wrap(wall.alpha - alpha)), 0.0, POINT)
+def _as_point(k: int, wall: Segment, chain: int, landmarks: Landmarks, here: Pose) -> Link:
+    line = landmarks.place(chain).line(here)
+    newest = int(np.flatnonzero(landmarks.chains.table[:, 6] == chain)[-1])
+    return Link(k, chain, newest, *_off(wall, line), 0.0, POINT)
+
+
+def _off(wall: Segment, line: Line) -> tuple[float, float]:
+    """d1 and a1 from a line."""
+    d1 = float(mean_distance(wall, np.array([line.alpha]), np.array([line.rho]))[0])
+    return d1, abs(wrap(wall.alpha - line.alpha))
 
 
 def _settled(
-    looks: list[Link],
-    before: int,
-    wall: Segment,
-    chains: Chains,
-    poses: tuple[Pose, ...],
-    here: Pose,
-    thresholds: AssociationConfig,
+    looks: list[Link], wall: Segment, sigma: float, landmarks: Landmarks, here: Pose, thresholds: AssociationConfig
 ) -> Link | None:
-    """The link with its nature; None where parallax speaks against what the chain is, or its root does."""
-    members = chains.of(looks[0].chain)
-    nature = nature_of(wall, here, members, poses, thresholds) if thresholds.tell_points else WALL
+    """The link with its nature; None where parallax speaks against what the chain is, or its line does."""
+    chain = looks[0].chain
+    members, before = landmarks.chains.of(chain), landmarks.nature(chain)
+    nature = nature_of(wall, here, members, landmarks.poses, thresholds, sigma) if thresholds.tell_points else WALL
     if OPEN not in (nature, before) and nature != before:
         return None
     nature = nature or before
-    root = members[0].segment
-    d1 = float(mean_distance(wall, np.array([root.alpha]), np.array([root.rho]))[0])
-    on_root = d1 <= thresholds.d1_m and abs(wrap(wall.alpha - root.alpha)) <= thresholds.a1_deg * DEGREE
-    fitting = [look for look in looks if nature in (OPEN, look.nature) and (look.nature == POINT or on_root)]
+    d1, a1 = _off(wall, landmarks.wall(chain, foot(wall, here)))
+    on_line = d1 <= thresholds.d1_m and a1 <= thresholds.a1_deg * DEGREE
+    fitting = [look for look in looks if nature in (OPEN, look.nature) and (look.nature == POINT or on_line)]
     return replace(min(fitting, key=lambda look: look.d1), nature=nature) if fitting else None

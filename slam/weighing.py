@@ -1,99 +1,127 @@
 """Block F of `paper`: turn, then shift the robot until its walls lie on their chains, held against odometry [III.F].
 
-The paper's two searches, with a score that weighs: a wall counts by how good its bearing is, no more than so much if it
-disagrees, and odometry is one more witness. A wall that was taken for another one cannot carry the robot off alone.
+The paper's two searches, with a score that weighs: a wall counts by how good its bearing and its chain's line are, no
+more than so much if it disagrees, and odometry is one more witness. A wall that was taken for another one cannot carry
+the robot off alone, and does not join the chain either.
 
 Must not know: how walls were taken for chains.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slam import dmath
-from slam.association import OPEN, POINT, Association, Chains, Link
+from slam.association import OPEN, POINT, Association, Link, foot
 from slam.dmath import DEGREE, Floats
 from slam.geometry import Pose, Segment, wrap
+from slam.landmarks import Landmarks, Line
 from slam.localisation import GRAIN, Localisation, LocalisationConfig, keep_prediction
-from slam.recognition import RecognitionConfig, place_of
 from slam.self_calibration import Calibration
+
+FINER = 5
+"""So many times finer the window is searched once more, about its best cell."""
 
 
 @dataclass(frozen=True)
 class WeighingConfig:
     """How good a bearing is beside its own sigma, how good distances and the robot's position are, and odometry.
 
-    A wall weighs no more than one that is off by `most` times its sigma; odometry no more than `odometry`, which is
-    more than any one wall and less than two. `drift_m2` says how slowly the drift of the wheels is learnt.
+    A wall weighs no more than one that is off by `most` times its sigma, and at the pose found joins no chain; odometry
+    no more than `odometry`, which is more than any one wall and less than two. `drift_m2` says how slowly the drift of
+    the wheels is learnt.
     """
 
     bearing_sigma_deg: float = 0.7
     distance_sigma_m: float = 0.015
     position_sigma_m: float = 0.03
-    turn_sigma_deg: float = 1.2
-    shift_sigma_m: float = 0.03
-    most: float = 2.5
+    turn_sigma_deg: float = 1.0
+    shift_sigma_m: float = 0.025
+    most: float = 2.0
     odometry: float = 4.0
-    drift_m2: float = 3.0
+    drift_m2: float = 1.0
 
 
 @dataclass(frozen=True)
-class Aim:
-    """The line (α, ρ) that a chain shows from here, its bearing against the wall's good to `sigma` rad."""
+class Witness:
+    """A linked wall, where the pose has it, and the line that its chain shows from there.
 
-    alpha: float
-    rho: float
-    sigma: float
+    `aim.sigma` and `aim.off` say how well the two should agree, in rad and m, with the wall's own errors.
+    """
+
+    link: Link
+    wall: Segment
+    aim: Line
+
+    @property
+    def turned(self) -> float:
+        """The wall's bearing less the line's, rad."""
+        return wrap(self.wall.alpha - self.aim.alpha)
+
+    def beside(self, pose: Pose) -> float:
+        """How far beside the line the wall's foot point is to a robot at this pose, m."""
+        sine, cosine = dmath.sincos(self.aim.alpha)
+        x, y = foot(self.wall, pose)
+        return abs((cosine * x + sine * y) - self.aim.rho)
 
 
-def weigh(
-    predicted: Pose,
-    association: Association,
-    sigmas: tuple[float, ...],
-    chains: Chains,
-    poses: tuple[Pose, ...],
-    config: LocalisationConfig,
-    recognition: RecognitionConfig,
-    weights: WeighingConfig,
-) -> Localisation:
+@dataclass(frozen=True)
+class Balance:
+    """The links of a sweep, and all that says how much each counts; `sigmas` of the walls' bearings are in rad."""
+
+    association: Association
+    sigmas: tuple[float, ...]
+    landmarks: Landmarks
+    weights: WeighingConfig
+
+    def witnesses(self, walls: tuple[Segment, ...], here: Pose) -> list[Witness]:
+        """The linked ones of the walls as they lie in the map, seen from here."""
+        return [self._witness(link, walls[link.wall], here) for link in self.association.links]
+
+    def _witness(self, link: Link, wall: Segment, here: Pose) -> Witness:
+        line = self.landmarks.line(link.chain, link.nature, here, foot(wall, here))
+        own = dmath.hypot(self.sigmas[link.wall], self.weights.bearing_sigma_deg * DEGREE)
+        sigma = dmath.hypot(own, line.sigma)
+        if link.nature == POINT:  # A step aside turns the line of sight.
+            sine, cosine = dmath.sincos(line.alpha)
+            distance = max(line.rho - (cosine * here.x + sine * here.y), self.weights.position_sigma_m)
+            sigma = dmath.hypot(sigma, self.weights.position_sigma_m / distance)
+        off = dmath.hypot(self.weights.distance_sigma_m, line.off)
+        return Witness(link, wall, Line(line.alpha, line.rho, sigma, off))
+
+
+def weigh(balance: Balance, predicted: Pose, config: LocalisationConfig) -> Localisation:
     """The turn with the least weight against it, then the shift; no linked wall, no correction.
 
-    `sigmas` are those of the walls' bearings, in rad. Features whose nature is not told yet say nothing of the turn.
+    Features whose nature is not told yet say nothing of the turn.
     """
-    links = association.links
-    if not links:
-        return keep_prediction(predicted, association, chains, config)
-    walls = [association.predicted[link.wall] for link in links]
-    aims = [_aim(link, sigmas[link.wall], predicted, chains, poses, recognition, weights) for link in links]
-    sure = [k for k, link in enumerate(links) if link.nature != OPEN]
-    off = np.array([wrap(walls[k].alpha - aims[k].alpha) for k in sure]) / DEGREE
-    turn = _best_turn(off, np.array([aims[k].sigma for k in sure]) / DEGREE, config, weights)
-    there = Pose(predicted.x, predicted.y, 0.0)
-    spin = Pose(0.0, 0.0, turn * DEGREE)
-    spun = [wall.moved(Pose(-there.x, -there.y, 0.0)).moved(spin).moved(there) for wall in walls]
-    shift, before, after = _best_shift(spun, aims, config, weights)
+    association, weights = balance.association, balance.weights
+    if not association.links:
+        return keep_prediction(predicted, association, balance.landmarks.chains, config)
+    witnesses = balance.witnesses(association.predicted, predicted)
+    sure = [witness for witness in witnesses if witness.link.nature != OPEN]
+    off = np.array([witness.turned for witness in sure]) / DEGREE
+    turn = _best_turn(off, np.array([witness.aim.sigma for witness in sure]) / DEGREE, config, weights)
+    shift, before, after = _best_shift(_spun(witnesses, predicted, turn), config, weights)
     pose = Pose(predicted.x + shift[0], predicted.y + shift[1], predicted.theta + turn * DEGREE).quantised()
     average = dmath.mean(np.abs(off)) if sure else 0.0
-    return Localisation(pose, turn, shift, average, before, after, len(walls))
+    return Localisation(pose, turn, shift, average, before, after, len(witnesses))
 
 
-def _aim(
-    link: Link,
-    sigma: float,
-    here: Pose,
-    chains: Chains,
-    poses: tuple[Pose, ...],
-    recognition: RecognitionConfig,
-    weights: WeighingConfig,
-) -> Aim:
-    own = dmath.hypot(sigma, weights.bearing_sigma_deg * DEGREE)
-    if link.nature != POINT:
-        root = chains.members[chains.roots[link.chain]]
-        return Aim(root.segment.alpha, root.segment.rho, dmath.hypot(own, root.sigma))
-    place = place_of(chains.of(link.chain), poses, recognition)
-    alpha, rho = place.line(here)
-    aside = dmath.hypot(place.across(alpha), weights.position_sigma_m)
-    return Aim(alpha, rho, dmath.hypot(own, aside / dmath.hypot(place.x - here.x, place.y - here.y)))
+def without_strangers(balance: Balance, walls: tuple[Segment, ...], pose: Pose) -> Association:
+    """The links of the walls, as they lie at the pose found, that agree with their chains there."""
+    most = balance.weights.most
+    kept = [
+        witness.link
+        for witness in balance.witnesses(walls, pose)
+        if abs(witness.turned) <= most * witness.aim.sigma and witness.beside(pose) <= most * witness.aim.off
+    ]
+    return replace(balance.association, links=tuple(kept))
+
+
+def _spun(witnesses: list[Witness], about: Pose, turn_deg: float) -> list[Witness]:
+    back, spin, there = Pose(-about.x, -about.y, 0.0), Pose(0.0, 0.0, turn_deg * DEGREE), Pose(about.x, about.y, 0.0)
+    return [replace(witness, wall=witness.wall.moved(back).moved(spin).moved(there)) for witness in witnesses]
 
 
 def _best_turn(off: Floats, sigma: Floats, config: LocalisationConfig, weights: WeighingConfig) -> float:
@@ -104,31 +132,47 @@ def _best_turn(off: Floats, sigma: Floats, config: LocalisationConfig, weights: 
     turns = np.arange(-steps, steps + 1).astype(np.float64) * config.angle_step_deg
     ratio = np.minimum(np.abs(off[:, None] + turns[None, :]) / sigma[:, None], weights.most)
     odometry = turns / weights.turn_sigma_deg
-    # Between the median of the walls, which drops what is wrong, and their mean, which uses all that is right.
-    against = np.cumsum(ratio * np.sqrt(ratio), axis=0)[-1] + np.minimum(odometry * odometry, weights.odometry)
+    against = np.cumsum(_weight(ratio), axis=0)[-1] + np.minimum(odometry * odometry, weights.odometry)
     return float(turns[_least(against, np.abs(turns))])
 
 
 def _best_shift(
-    walls: list[Segment], aims: list[Aim], config: LocalisationConfig, weights: WeighingConfig
+    witnesses: list[Witness], config: LocalisationConfig, weights: WeighingConfig
 ) -> tuple[tuple[float, float], float, float]:
-    """The cell of the window with the least weight against it, then the nearest; mean d1 before and after."""
+    """The cell of the window with the least weight against it, then a piece of that; mean d1 before and after."""
     half = config.window // 2
-    steps = np.arange(-half, half + 1).astype(np.float64) * config.cell_m
-    dx, dy = np.repeat(steps, len(steps)), np.tile(steps, len(steps))
+    dx, dy = _cells(half, config.cell_m)
+    d1, best = _search(dx, dy, witnesses, weights)
+    finer_dx, finer_dy = _cells(FINER, config.cell_m / float(FINER))
+    fx, fy = finer_dx + dx[best], finer_dy + dy[best]
+    finer, piece = _search(fx, fy, witnesses, weights)
+    return (float(fx[piece]), float(fy[piece])), float(d1[len(d1) // 2]), float(finer[piece])
+
+
+def _cells(half: int, cell_m: float) -> tuple[Floats, Floats]:
+    steps = np.arange(-half, half + 1).astype(np.float64) * cell_m
+    return np.repeat(steps, len(steps)), np.tile(steps, len(steps))
+
+
+def _search(dx: Floats, dy: Floats, witnesses: list[Witness], weights: WeighingConfig) -> tuple[Floats, int]:
+    """The mean d1 after each shift (n,), and which shift has the least weight against it; then the smallest."""
     d1, against = np.zeros(len(dx)), np.zeros(len(dx))
-    for wall, aim in zip(walls, aims, strict=True):
-        sine, cosine = dmath.sincos(aim.alpha)
+    for witness in witnesses:
+        sine, cosine = dmath.sincos(witness.aim.alpha)
         moved = cosine * dx + sine * dy
-        off = [np.abs(moved + ((cosine * x + sine * y) - aim.rho)) for x, y in wall.probe().tolist()]
+        off = [np.abs(moved + ((cosine * x + sine * y) - witness.aim.rho)) for x, y in witness.wall.probe().tolist()]
         mean = (off[0] + off[1] + off[2]) / 3.0
         d1 += mean
-        against += np.minimum(mean / weights.distance_sigma_m, weights.most)
+        against += _weight(np.minimum(mean / witness.aim.off, weights.most))
     square = dx * dx + dy * dy
     odometry = square / (weights.shift_sigma_m * weights.shift_sigma_m)
     best = _least(against + np.minimum(odometry, weights.odometry), square)
-    count = float(len(walls))
-    return (float(dx[best]), float(dy[best])), float(d1[len(d1) // 2]) / count, float(d1[best]) / count
+    return d1 / float(len(witnesses)), best
+
+
+def _weight(ratio: Floats) -> Floats:
+    """Between the median of the walls, which drops what is wrong, and their mean, which uses all that is right."""
+    return ratio * np.sqrt(ratio)
 
 
 def _least(against: Floats, size: Floats) -> int:

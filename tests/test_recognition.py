@@ -1,4 +1,4 @@
-"""Blocks E and F of `paper`: points seen as the walls they answer like, roots that must fit, corrections weighed."""
+"""Blocks E and F of `paper`: what chains show, points seen as the walls they answer like, corrections weighed."""
 
 import math
 
@@ -9,9 +9,10 @@ from slam.association import POINT, WALL, Association, AssociationConfig, Chains
 from slam.dmath import DEGREE
 from slam.features import Wall
 from slam.geometry import ORIGIN, Pose, Segment, segment
+from slam.landmarks import LandmarkConfig, Landmarks, line_of, place_of
 from slam.localisation import Localisation
-from slam.recognition import RecognitionConfig, place_of, recognise
-from slam.weighing import WeighingConfig, weigh
+from slam.recognition import RecognitionConfig, recognise
+from slam.weighing import Balance, WeighingConfig, weigh, without_strangers
 
 CONFIG = algorithm("paper").config
 AHEAD, LEFT, RIGHT = (
@@ -34,10 +35,39 @@ def test_a_point_stands_where_lines_of_sight_cross_however_bad_the_bearings() ->
         Member(0, 0, sighting(1.0, 2.0, stations[0], 3.0), POINT, 3 * DEGREE),
         Member(0, 1, sighting(1.0, 2.0, stations[1], 3.0), POINT, 3 * DEGREE),
     ]
-    place = place_of(members, stations, RecognitionConfig())
+    place = place_of(members, stations, LandmarkConfig(post_m=0.001))
     assert (place.x, place.y) == pytest.approx((1.0, 2.0), abs=0.04)  # each alone is off by 12 cm
-    alpha, rho = place.line(Pose(1.0, 0.0, 0.0))
-    assert (alpha / DEGREE, rho) == pytest.approx((90.0, 2.0), abs=2.5)
+    line = place.line(Pose(1.0, 0.0, 0.0))
+    assert (line.alpha / DEGREE, line.rho) == pytest.approx((90.0, 2.0), abs=2.5)
+
+
+def test_a_pillar_is_as_thick_as_its_sightings_say_and_answers_from_its_other_side() -> None:
+    stations = tuple(Pose(x, 0.0, 0.0) for x in (0.0, 0.7, 1.4, 2.1))
+    radius = 0.2
+    members = []
+    for k, station in enumerate(stations):
+        seen = sighting(1.0, 1.0, station)
+        nearer = Segment(seen.alpha, seen.rho - radius, seen.start, seen.end)
+        members.append(Member(0, k, nearer, POINT, 0.3 * DEGREE))
+    place = place_of(members, stations, LandmarkConfig())
+    assert (place.x, place.y, place.radius) == pytest.approx((1.0, 1.0, radius), abs=0.03)
+    assert place.line(Pose(1.0, 3.0, 0.0)).rho == pytest.approx(-1.0 - radius, abs=0.05)
+
+
+def test_the_line_of_a_wall_is_that_of_all_its_members_and_good_where_they_are() -> None:
+    stations = tuple(Pose(float(x), 0.0, 0.0) for x in range(4))
+    tilts = (4.0, 0.0, 0.0, 0.0)  # the root's bearing is bad
+    members = []
+    for k, tilt in enumerate(tilts):
+        seen = segment((90 + tilt) * DEGREE, 1.5, -0.3, 0.3).moved(Pose(stations[k].x, 0.0, 0.0))
+        members.append(Member(0, k, seen, WALL, (4.0 if k == 0 else 0.3) * DEGREE))
+    near = line_of(members, stations, (1.5, 1.5), LandmarkConfig())
+    assert near.alpha / DEGREE == pytest.approx(90.0, abs=0.5)
+    assert near.sigma < 1.0 * DEGREE
+    far = line_of(members, stations, (9.0, 1.5), LandmarkConfig())
+    assert (far.alpha, far.rho) == pytest.approx((near.alpha, near.rho), abs=0.002)
+    assert near.off < 0.02
+    assert far.off > 2.0 * near.off
 
 
 def test_a_point_is_recognised_from_where_its_foot_would_have_left_it_as_a_wall() -> None:
@@ -46,28 +76,35 @@ def test_a_point_is_recognised_from_where_its_foot_would_have_left_it_as_a_wall(
     chains = chains.joined([(0, POINT, sighting(1.0, 2.0, stations[1]))], 1)
     here = Pose(2.0, 0.0, 0.0)  # where it looks 53° from its root
     wall = Wall(0, sighting(1.0, 2.0, here).moved(Pose(-2.0, 0.0, 0.0)))
-    found = recognise((wall,), chains, stations, here, AssociationConfig(), RecognitionConfig())
+    landmarks = Landmarks(chains, stations, LandmarkConfig())
+    found = recognise((wall,), landmarks, here, AssociationConfig(), RecognitionConfig())
     assert [(link.chain, link.nature) for link in found.links] == [(0, POINT)]
 
 
-def test_who_fits_a_member_but_not_the_root_does_not_join() -> None:
+def test_who_fits_a_member_but_not_the_line_does_not_join() -> None:
     root, member, wall = (segment(a * DEGREE, 2.0, -0.4, 0.4) for a in (0.0, 9.0, 18.0))
     chains = Chains().joined([(None, 0, root)], 0).joined([(0, WALL, member)], 1)
     stations, here = (ORIGIN, Pose(0.0, 0.3, 0.0)), ORIGIN
     of_member = recognise(
-        (Wall(0, wall),), chains, stations, here, AssociationConfig(), RecognitionConfig(explained=2.0)
+        (Wall(0, wall),),
+        Landmarks(chains, stations, LandmarkConfig()),
+        here,
+        AssociationConfig(),
+        RecognitionConfig(explained=2.0),
     )
     assert [link.chain for link in of_member.links if link.nature == WALL] == []
 
 
 def corrected(walls: list[Segment], roots: list[Segment]) -> Localisation:
-    chains = Chains().joined([(None, WALL, root) for root in roots], 0)
+    return weigh(balance(walls, roots), ORIGIN, CONFIG.localisation)
+
+
+def balance(walls: list[Segment], roots: list[Segment]) -> Balance:
+    chains = Chains().joined([(None, WALL, root) for root in roots], 0, (0.3 * DEGREE,) * len(roots))
     links = tuple(Link(k, k, k, 0.0, 0.0, 0.0, WALL) for k in range(len(walls)))
-    association = Association(links, (), tuple(walls))
     sigmas = (0.5 * DEGREE,) * len(walls)
-    return weigh(
-        ORIGIN, association, sigmas, chains, (ORIGIN,), CONFIG.localisation, RecognitionConfig(), WeighingConfig()
-    )
+    landmarks = Landmarks(chains, (ORIGIN,), LandmarkConfig())
+    return Balance(Association(links, (), tuple(walls)), sigmas, landmarks, WeighingConfig())
 
 
 def turned(wall: Segment, degrees: float) -> Segment:
@@ -83,3 +120,9 @@ def test_one_false_wall_among_three_does_not_turn_it() -> None:
     found = corrected([LEFT, RIGHT, turned(AHEAD, 9.0)], [LEFT, RIGHT, AHEAD])
     assert abs(found.turn_deg) <= 0.3
     assert found.shift == pytest.approx((0.0, 0.0), abs=0.015)
+
+
+def test_what_does_not_fit_its_chain_at_the_pose_found_does_not_join_it() -> None:
+    walls = [LEFT, turned(AHEAD, 9.0), RIGHT]
+    agreed = without_strangers(balance(walls, [LEFT, AHEAD, RIGHT]), tuple(walls), ORIGIN)
+    assert [link.wall for link in agreed.links] == [0, 2]
