@@ -193,6 +193,8 @@ def heard_through(gaps: Floats, paths: Floats, margin_m: float = 0.15) -> Bools:
 
     Not near their ends, and not near its own.
     """
+    if not (len(gaps) and len(paths)):
+        return np.zeros(len(gaps), dtype=bool)
     dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
     place = heard_through_at(gaps, paths, margin_m, margin_m)
     return np.asarray((place < np.sqrt(dx * dx + dy * dy) - margin_m).any(axis=1))
