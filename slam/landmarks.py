@@ -57,8 +57,10 @@ class Place:
         return Line(alpha, rho, self._good_to(-sine, cosine, 0.0) / distance, self._good_to(cosine, sine, -1.0))
 
     def _good_to(self, x: float, y: float, radius: float) -> float:
-        each = np.array([x, y, radius])
-        return dmath.sqrt(max(dmath.total((each[:, None] * each * self.covariance).ravel()), 0.0))
+        (xx, xy, xr), (_, yy, yr), (_, _, rr) = self.covariance.tolist()
+        mixed = x * y * xy + x * radius * xr + y * radius * yr
+        square: float = x * x * xx + y * y * yy + radius * radius * rr + 2.0 * mixed
+        return dmath.sqrt(max(square, 0.0))
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ class Landmarks:
 
     def line(self, chain: int, nature: int, here: Pose, spot: tuple[float, float]) -> Line:
         """The line that a chain of this nature shows to a robot that stands here and looks at its spot (x, y)."""
-        return self.place(chain).line(here) if nature == POINT else self.wall(chain, spot)
+        return self.point(chain, here) if nature == POINT else self.wall(chain, spot)
 
     def nature(self, chain: int) -> int:
         """What was told of it last; OPEN while nothing was."""
@@ -80,11 +82,13 @@ class Landmarks:
             self._natures[chain] = next((m.nature for m in members if m.nature != OPEN), OPEN)
         return self._natures[chain]
 
-    def place(self, chain: int) -> Place:
-        """Where its point stands, if it is one."""
+    def point(self, chain: int, here: Pose) -> Line:
+        """The line that its point, if it is one, shows to a robot that stands here."""
         if chain not in self._places:
             self._places[chain] = place_of(self.chains.of(chain), self.poses, self.config)
-        return self._places[chain]
+        if (chain, here) not in self._lines:
+            self._lines[chain, here] = self._places[chain].line(here)
+        return self._lines[chain, here]
 
     def wall(self, chain: int, spot: tuple[float, float]) -> Line:
         """The line of its wall, if it is one, as good as it is at this spot."""
@@ -96,6 +100,10 @@ class Landmarks:
 
     @cached_property
     def _places(self) -> dict[int, Place]:
+        return {}
+
+    @cached_property
+    def _lines(self) -> dict[tuple[int, Pose], Line]:
         return {}
 
 

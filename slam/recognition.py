@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slam import dmath
 from slam.association import (
     OPEN,
     POINT,
@@ -116,15 +117,16 @@ def _near(wall: Segment, chains: Chains) -> list[int]:
 
 
 def _as_point(k: int, wall: Segment, chain: int, landmarks: Landmarks, here: Pose) -> Link:
-    line = landmarks.place(chain).line(here)
+    line = landmarks.point(chain, here)
     newest = int(np.flatnonzero(landmarks.chains.table[:, 6] == chain)[-1])
     return Link(k, chain, newest, *_off(wall, line), 0.0, POINT)
 
 
 def _off(wall: Segment, line: Line) -> tuple[float, float]:
     """d1 and a1 from a line."""
-    d1 = float(mean_distance(wall, np.array([line.alpha]), np.array([line.rho]))[0])
-    return d1, abs(wrap(wall.alpha - line.alpha))
+    sine, cosine = dmath.sincos(line.alpha)
+    off = [abs((cosine * x + sine * y) - line.rho) for x, y in (wall.start, wall.middle, wall.end)]
+    return (off[0] + off[1] + off[2]) / 3.0, abs(wrap(wall.alpha - line.alpha))
 
 
 def _settled(
