@@ -143,7 +143,8 @@ def _after_search(
     pose = search(predicted, coarse, track.chains, config.localisation).pose
     there = replace(place, pose=np.array([pose.x, pose.y, pose.theta]))
     other = _in_two_rounds(track.graph, sights, there, config.graph)
-    return other if len(other.pairs) >= len(found.pairs) + MORE else found
+    before = len(found.pairs)
+    return other if len(other.pairs) >= (before + MORE if before > 1 else MORE) else found
 
 
 def _after_guess(found: Found, sights: Sights, place: Place, graph: Graph, joined: bool, config: Config) -> Found:
