@@ -1,7 +1,8 @@
 """Block I, decision making: where to go next to see more [III.I; Yamauchi 1997].
 
-Frontier cells are free cells next to unknown ones, their clusters are regions, and the goal is the region of best
-gain for the cost of the way to it. The next scan is due at the end of the leg, from where walls are seen again.
+Frontier cells are free cells next to unknown ones, their clusters are regions, and the goal is the place that shows
+most for the way to it. The next scan is due at the end of the leg, from where walls are seen again.
+What a scan may have changed is looked at anew after each; what was seen to be left farther off is remembered.
 """
 
 from dataclasses import dataclass, replace
@@ -9,39 +10,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slam import dmath
+from slam.choice import Afar, Bar, Choice, Lookout, Region, afar, near_by, shown
 from slam.dmath import Floats
 from slam.frontier_config import FrontierConfig
 from slam.geometry import Bools, Pose
 from slam.grid import Grid
 from slam.intent import Block, Intent
-from slam.planning import DIAGONAL, STRAIGHT, Cell, Ground, Path, Ways, find_path, least
-from slam.regions import Pieces, Ranks, frontier_of, pieces_of, ranks_of
+from slam.planning import Path, Ways, find_path
+from slam.prospects import Prospects
+from slam.regions import Ranks, ranks_of
+from slam.scene import Scene, scene_of
 from slam.sweep import Ints
-from slam.terrain import COARSE, fine, ground_of, heard_from, room_to_stand, spare_cells
-from slam.views import Views, lattice, views_of
+from slam.terrain import ground_of, heard_cells, heard_from, spare_cells
+from slam.window import Window, changed_about, in_sight_of
 
-FIRST_M = 1.5
-"""Views so near are looked at first; then, as long as any may be better, those twice as far."""
-
-ROUND = 16
-"""Waves of the search for ways between two looks at what may still win."""
-
-
-@dataclass(frozen=True)
-class Region:
-    """A piece of frontier: its cells, its middle (x, y) m, and the m² that the best view near it would show."""
-
-    cells: int
-    centre: tuple[float, float]
-    gain_m2: float
+KEPT = 3
+"""Places to see a region from that are remembered."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """The regions, largest first; the chosen one (None: nothing reachable is unknown) and the path (k, 2) m to it.
+    """The regions about the robot, largest first, and the chosen one (None: nothing reachable is unknown).
 
-    The path leads to a view of the region, `length_m` away, that would show `gain_m2`; the next scan is due at its
-    point `leg`. `blocks` were in the way.
+    One farther off comes last. The path (k, 2) m leads to a place `length_m` away that would show `gain_m2`, or, if
+    that is far off, to the scan next to it; the next scan is due at its point `leg`. `blocks` were in the way, and
+    `left` is how many places were left behind for later.
     """
 
     frontier_cells: int
@@ -52,186 +45,140 @@ class Decision:
     length_m: float = 0.0
     gain_m2: float = 0.0
     blocks: tuple[Block, ...] = ()
+    left: int = 0
 
 
 def next_goal(
     grid: Grid, poses: tuple[Pose, ...], before: Intent, config: FrontierConfig, nearest_m: float = 0.0
 ) -> tuple[Decision, Intent]:
-    """Choose the frontier region that shows most for the metres to it, from the last of all poses as known now.
+    """Choose the place that shows most for the metres to it, from the last of all poses as known now.
 
     `nearest_m` is how far the nearest thing is that answered the last scan; 0 where nobody knows.
     """
-    known = before.after(poses, config.block_sweeps)
-    ranks = ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m))
-    known = known.hearing(heard_from(ranks, poses[-1], nearest_m, config) if ranks else 0)
-    decision = _decided(ranks, poses, known, config)
+    known, here = before.after(poses, config.block_sweeps), poses[-1]
+    window = changed_about(here.x, here.y, grid.cell_m)
+    ranks = _ranks(grid, window, config)
+    if ranks is None:
+        return Decision(0, (), None, np.zeros((0, 2)), blocks=known.blocks), known.hearing(0)
+    table = _table(poses)
+    known = known.hearing(heard_from(ranks, here, nearest_m, config))
+    known = _remembering(grid, table, known, window, config)
+    scene = scene_of(ranks, table, known, config, here=True)
+    known = replace(known, roads=known.roads.joined(table[:, :2], scene.ground))
+    chosen, looked = _chosen(scene, table, known, config)
     again = known.forgiving()
-    if decision.chosen is None and again.blocks != known.blocks:  # perhaps it is gone
+    if chosen is None and (again.blocks, again.vain) != (known.blocks, known.vain):  # perhaps it is gone
         known = again
-        decision = _decided(ranks, poses, known, config)
-    if decision.chosen is None:
+        scene = scene_of(ranks, table, known, config, here=True)
+        chosen, looked = _chosen(scene, table, known, config)
+    decision = _decision(scene, chosen, looked, table, known, config)
+    if chosen is None:
         return decision, replace(known, goal=None, leg=None)
-    x, y = decision.path[-1].tolist()
-    return decision, replace(known, goal=(x, y), leg=decision.path[: decision.leg + 1])
+    return decision, replace(known, goal=chosen.goal, leg=decision.path[: decision.leg + 1])
 
 
 def way_to(
     grid: Grid, poses: tuple[Pose, ...], known: Intent, here: Pose, goal: tuple[float, float], config: FrontierConfig
 ) -> Path | None:
     """The way from here through what is known to be free, to where the robot has been before."""
-    ranks = ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m))
+    ranks = _ranks(grid, None, config)
     if ranks is None:
         return None
-    ground = ground_of(ranks, poses, known, config)
+    table = _table(poses)
+    ground = ground_of(ranks, heard_cells(ranks, table, known.heard), table, known, config)
     return find_path(ground, ground.cell(here.x, here.y), ground.cell(*goal))
 
 
-def _decided(ranks: Ranks | None, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Decision:
-    blocks = known.blocks
-    nothing = Decision(0, (), None, np.zeros((0, 2)), blocks=blocks)
-    if ranks is None:
-        return nothing
-    frontier = frontier_of(ranks)
-    pieces = pieces_of(frontier, ranks, config.min_cells, int(config.piece_m / ranks.cell_m + 0.5))
-    if len(pieces.sizes) == 0:
-        return nothing
-    ground = ground_of(ranks, poses, known, config)
-    start = ground.cell(poses[-1].x, poses[-1].y)
-    stations = np.array([(pose.x, pose.y) for pose in poses])
-    reached = fine(ground.reached(start), ground)
-    standing = reached & room_to_stand(ranks, poses, known, config)
-    picky = max(1.0, float(np.count_nonzero(reached)) * ranks.cell_m * ranks.cell_m / config.picky_m2)
-    search = _Search(ranks, ground, start, known, (pieces.rows, pieces.columns), stations, picky, config)
-    # From nearer to earlier scans, and far off for less, only where nothing else is left.
-    for part, last in ((2.0, False), (4.0, False), (2.0, True)):
-        views, best, path = search.best(standing, config.apart_m / part, last=last)
+def _ranks(grid: Grid, window: Window | None, config: FrontierConfig) -> Ranks | None:
+    sight = window and in_sight_of(window, grid.cell_m)
+    return ranks_of(grid, config.chink_cells, spare_cells(config, grid.cell_m), sight)
+
+
+def _table(poses: tuple[Pose, ...]) -> Floats:
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])
+
+
+def _remembering(grid: Grid, poses: Floats, known: Intent, window: Window, config: FrontierConfig) -> Intent:
+    """With what was left behind where the window has moved on, and without what is in it now."""
+    left = known.left.only(~_within(window, known.left.now(poses), grid.cell_m))
+    before = known.window
+    if before is not None and before != window:
+        behind = before.without(window)
+        ranks = _ranks(grid, behind, config)
+        if ranks is not None:
+            scene = scene_of(ranks, poses, known, config, here=False)
+            rows, columns = scene.lattice(config.apart_m / 2.0, behind)
+            outside = ~window.holds(columns + ranks.left, rows + ranks.bottom)
+            found = scene.prospects(rows[outside], columns[outside], config.apart_m / 4.0)
+            left = left.and_(found.only(_best_of_each(found, shown(found, config), config.min_gain_m2)), poses)
+    return replace(known, left=left, window=window)
+
+
+def _best_of_each(found: Prospects, worth: Floats, least: float) -> Ints:
+    """The best places for each region, if they are worth so much: the way to one of them may turn out to be closed."""
+    order = np.lexsort((-worth, found.regions[:, 1], found.regions[:, 0]))
+    regions = found.regions[order]
+    same = np.zeros(len(order), dtype=np.bool_)
+    same[KEPT:] = (regions[KEPT:] == regions[:-KEPT]).all(axis=1)
+    return np.sort(order[~same & (worth[order] >= least)])
+
+
+def _within(window: Window, prospects: Prospects, cell_m: float) -> Bools:
+    cells = np.floor(prospects.places / cell_m).astype(np.int64)
+    return window.holds(cells[:, 0], cells[:, 1])
+
+
+def _chosen(scene: Scene, poses: Floats, known: Intent, config: FrontierConfig) -> tuple[Choice | None, Prospects]:
+    """The best place of all; far off for less only where nothing else is left. With what was looked at near by."""
+    assert known.window is not None
+    left, scans = known.left.now(poses), poses[:, :2]
+    near = _within(in_sight_of(known.window, scene.ranks.cell_m), left, scene.ranks.cell_m)
+    start = scene.ground.cell(float(poses[-1, 0]), float(poses[-1, 1]))
+    ways = Ways(scene.ground, start)
+    blocks = np.array([(block.x, block.y) for block in known.blocks]).reshape(-1, 2)
+    roads = known.roads.without(scans, blocks, config.block_m + config.robot_radius_m)
+    lookout = Lookout(scene, known.window, start, config, left.only(near))
+    far = Afar(left.only(~near), known.left.scans[~near], scans, roads)
+    for last in (False, True):
+        bar = Bar(config, known, len(poses), last=last)
+        best = near_by(lookout, ways, bar)
+        best = afar(far, ways, scene.ground, bar, best.value if best else 0.0) or best
         if best is not None:
             break
-    regions, of = _regions(pieces, views, ranks)
-    if best is None or path is None:
-        return Decision(frontier.bit_count(), regions, None, nothing.path, blocks=blocks)
+    return best, lookout.prospects
+
+
+def _decision(
+    scene: Scene, chosen: Choice | None, looked: Prospects, poses: Floats, known: Intent, config: FrontierConfig
+) -> Decision:
+    pieces = scene.pieces
+    centres = scene.points(pieces.rows, pieces.columns)
+    names = [(x, y) for x, y in centres.tolist()]
+    gains = dict.fromkeys(names, 0.0)
+    for (x, y), gain in zip(looked.regions.tolist(), looked.gains.tolist(), strict=True):
+        gains[x, y] = max(gain, gains.get((x, y), 0.0))
+    regions = tuple(Region(size, name, gains[name]) for size, name in zip(pieces.sizes.tolist(), names, strict=True))
+    blocks, left = known.blocks, len(known.left.scans)
+    if chosen is None:
+        return Decision(scene.frontier_cells, regions, None, np.zeros((0, 2)), blocks=blocks, left=left)
+    region = chosen.region
+    if region.centre not in names:
+        names, regions = [*names, region.centre], (*regions, region)
+    path = chosen.path
     leg = _leg(path.points, poses, config)
-    gain = float(views.gains[best])
-    return Decision(frontier.bit_count(), regions, int(of[best]), path.points, leg, path.length_m, gain, blocks)
+    which = names.index(region.centre)
+    return Decision(scene.frontier_cells, regions, which, path.points, leg, path.length_m, region.gain_m2, blocks, left)
 
 
-@dataclass(frozen=True)
-class _Search:
-    """All that the choice among views rests upon."""
-
-    ranks: Ranks
-    ground: Ground
-    start: Cell
-    known: Intent
-    frontier: tuple[Ints, Ints]
-    stations: Floats
-    picky: float
-    config: FrontierConfig
-
-    def best(self, reached: Bools, apart_m: float, *, last: bool) -> tuple[Views, int | None, Path | None]:
-        """The views that were looked at, nearest first, the best of them, and the way there.
-
-        As many as may still win: what is farther is worth no more than the most that a view can be.
-        """
-        rows, columns = lattice(self.ranks, reached, apart_m)
-        dr, dc = np.abs(rows // COARSE - self.start[0]), np.abs(columns // COARSE - self.start[1])
-        costs = STRAIGHT * np.maximum(dr, dc) + (DIAGONAL - STRAIGHT) * np.minimum(dr, dc)
-        lengths = costs * (self.ground.cell_m / STRAIGHT)
-        asked = replace(self.config, more_gain_m2=self.config.far_gain_m2) if last else self.config
-        within_m, most = FIRST_M, float(lengths.max(initial=0.0))
-        ways = Ways(self.ground, self.start, _cells(rows, columns))
-        while True:
-            mine = lengths <= within_m
-            views, away = views_of(self.ranks, (rows[mine], columns[mine]), self.frontier, self.stations, apart_m)
-            worth = _worth(views, self.ranks, self.known, self.config)
-            worth *= np.minimum(away / (2.0 * apart_m), 1.0)
-            if last:
-                worth = np.where(away >= 1.5 * self.config.apart_m, worth, 0.0)
-            cells = _cells(views.rows, views.columns)
-            value, best, path = _best(worth, cells, ways, self.ground, self.start, self.picky, asked)
-            unseen = self.config.most_gain_m2 * self.config.stay / (within_m + self.config.settle_m)
-            if within_m >= most or value > unseen:
-                return views, best, path
-            within_m *= 2.0
-
-
-def _regions(pieces: Pieces, views: Views, ranks: Ranks) -> tuple[tuple[Region, ...], Ints]:
-    """The regions, and for each view the region that is nearest to it."""
-    dr, dc = views.rows[:, None] - pieces.rows, views.columns[:, None] - pieces.columns
-    of = np.argmin(dr * dr + dc * dc, axis=1)
-    gains = np.zeros(len(pieces.sizes))
-    np.maximum.at(gains, of, views.gains)
-    centres = _points(pieces.rows, pieces.columns, ranks)
-    seen = zip(pieces.sizes.tolist(), centres.tolist(), gains.tolist(), strict=True)
-    return tuple(Region(size, (x, y), gain) for size, (x, y), gain in seen), of
-
-
-def _points(rows: Ints, columns: Ints, ranks: Ranks) -> Floats:
-    """The middles (n, 2) of cells, metres."""
-    cells = np.stack([columns + ranks.left, rows + ranks.bottom], axis=1).astype(np.float64)
-    return (cells + 0.5) * ranks.cell_m
-
-
-def _worth(views: Views, ranks: Ranks, known: Intent, config: FrontierConfig) -> Floats:
-    """What each view is worth before the way to it: what it would show, less where the way was in vain before."""
-    places = _points(views.rows, views.columns, ranks)
-    worth = np.minimum(views.gains, config.most_gain_m2) * (1.0 - config.lost * (2.0 - views.square))
-    for each in known.vain:
-        near = dmath.hypot(places[:, 0] - each.x, places[:, 1] - each.y) < config.vain_m
-        for _ in range(each.times):
-            worth = np.where(near, worth * config.vain_share, worth)
-    if known.goal is not None:
-        same = dmath.hypot(places[:, 0] - known.goal[0], places[:, 1] - known.goal[1]) < config.vain_m
-        worth = np.where(same, worth * config.stay, worth)
-    return np.asarray(worth)
-
-
-def _cells(rows: Ints, columns: Ints) -> list[Cell]:
-    """Cells of the ground."""
-    return list(zip((rows // COARSE).tolist(), (columns // COARSE).tolist(), strict=True))
-
-
-def _best(
-    worth: Floats,
-    targets: list[Cell],
-    ways: Ways,
-    ground: Ground,
-    start: Cell,
-    picky: float,
-    config: FrontierConfig,
-) -> tuple[float, int | None, Path | None]:
-    """What the best place is worth for the way to it, the place, of equals the first, and the way."""
-    left = np.flatnonzero(worth > 0.0).tolist()
-    cells = {k: targets[k] for k in left}
-    straight = {k: least(start, cell) for k, cell in cells.items()}
-    best, found, more = (0.0, 0), False, True
-    while left:
-        waiting = []
-        for k in left:
-            cost = ways.found.get(cells[k])
-            # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
-            length_m = (max(straight[k], ways.reached) if cost is None else cost) / STRAIGHT * ground.cell_m
-            value = float(worth[k]) / (length_m + config.settle_m)
-            if worth[k] < min(picky * (config.min_gain_m2 + config.more_gain_m2 * length_m), config.enough_gain_m2):
-                continue
-            if cost is None and value >= best[0]:
-                waiting.append(k)
-            elif cost is not None and value >= best[0]:
-                best, found = max(best, (value, -k)), True
-        left = waiting
-        if not more:
-            break
-        for _ in range(ROUND if left else 0):
-            more = ways.go_on()
-    return (best[0], -best[1], ways.path(cells[-best[1]])) if found else (0.0, None, None)
-
-
-def _leg(path: Floats, poses: tuple[Pose, ...], config: FrontierConfig) -> int:
+def _leg(path: Floats, scans: Floats, config: FrontierConfig) -> int:
     """The point of the path where to scan next: where the walls seen so far are seen again."""
     steps = dmath.hypot(path[1:, 0] - path[:-1, 0], path[1:, 1] - path[:-1, 1])
     gone = np.concatenate([np.zeros(1), np.cumsum(steps)])
-    x, y = (np.array(values) for values in ([pose.x for pose in poses], [pose.y for pose in poses]))
-    known = (dmath.hypot(path[:, :1] - x, path[:, 1:] - y) < config.known_m).any(axis=1)
+    near = path[gone <= config.known_leg_m]
+    known = np.zeros(len(path), dtype=np.bool_)
+    known[: len(near)] = (dmath.hypot(near[:, :1] - scans[:, 0], near[:, 1:] - scans[:, 1]) < config.known_m).any(
+        axis=1
+    )
     may = (gone <= config.leg_m) | (known & (gone <= config.known_leg_m))
     last = int(np.flatnonzero(may)[-1])
     # A stump of a leg at the end is no leg of its own.

@@ -10,7 +10,10 @@ import numpy as np
 from slam import dmath
 from slam.dmath import Floats
 from slam.geometry import ORIGIN, Pose
+from slam.prospects import Left
+from slam.roads import Roads
 from slam.sweep import Ints
+from slam.window import Window
 
 Point = tuple[float, float]
 
@@ -42,7 +45,8 @@ class Intent:
     """The goal that was chosen last, and the way (k, 2) to where the next scan is due.
 
     `blocks` were in the way before, and the goals at `vain` were not reached for them. `trail` (n, 3) is where the
-    robot has driven: number of the sweep before, and the point in that sweep's frame F.
+    robot has driven: number of the sweep before, and the point in that sweep's frame F. `past` were blocks, `heard`
+    (n,) are the circles about the last sweeps. `left` is what was left behind outside of the last `window`.
     """
 
     goal: Point | None = None
@@ -52,6 +56,9 @@ class Intent:
     trail: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     past: tuple[Block, ...] = ()
     heard: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    left: Left = field(default_factory=Left)
+    roads: Roads = field(default_factory=Roads)
+    window: Window | None = None
 
     def after(self, poses: tuple[Pose, ...], keep: int) -> "Intent":
         """What is known to be in the way, with the robot at the last of `poses`; forgotten after `keep` sweeps."""
@@ -80,17 +87,18 @@ class Intent:
         sweep = np.full((len(driven), 1), float(len(poses) - 2))
         return np.concatenate([self.trail, np.concatenate([sweep, driven], axis=1)])
 
-    def driven(self, poses: tuple[Pose, ...]) -> Floats:
-        """The trail's points (n, 2) in the map, by the poses as known now."""
-        table = np.array([(pose.x, pose.y, pose.theta) for pose in poses])[self.trail[:, 0].astype(np.int64)]
+    def driven(self, poses: Floats) -> Floats:
+        """The trail's points (n, 2) in the map, by the poses (k, 3) as known now."""
+        table = poses[self.trail[:, 0].astype(np.int64)]
         sine, cosine = dmath.sincos(table[:, 2])
         x, y = self.trail[:, 1], self.trail[:, 2]
         return np.stack([table[:, 0] + (cosine * x - sine * y), table[:, 1] + (sine * x + cosine * y)], axis=1)
 
     def forgiving(self) -> "Intent":
-        """Believing only in blocks that were met often enough, but remembering the rest."""
-        kept = tuple(each for each in self.blocks if each.times >= PATIENCE)
-        return replace(self, blocks=kept, past=(*self.past, *(each for each in self.blocks if each not in kept)))
+        """Believing only in what was met often enough, but remembering the blocks."""
+        kept, vain = (tuple(each for each in known if each.times >= PATIENCE) for known in (self.blocks, self.vain))
+        past = (*self.past, *(each for each in self.blocks if each not in kept))
+        return replace(self, blocks=kept, vain=vain, past=past)
 
     def hearing(self, cells: int) -> "Intent":
         """With the circle about the last sweep."""

@@ -3,15 +3,15 @@
 Costs are integers and are found for all goals at once, in waves of equal cost from the start.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from slam.boards import as_bytes
 from slam.components import labelled_runs
-from slam.dmath import Floats
+from slam.dmath import Floats, Number
 from slam.geometry import Bools
+from slam.sweep import Ints
 
 START = 3
 """The start may lie this many cells inside cells that are not passable."""
@@ -19,8 +19,8 @@ START = 3
 STRAIGHT, DIAGONAL = 5, 7
 """Costs of a step: integers near 1 : √2, so that equal ways cost exactly the same."""
 
-TIGHT, LEAVING = 5, 20
-"""What a step costs more into a tight cell, and into one that is not passable about the start."""
+TIGHT, CLOSE, LEAVING = 5, 5, 20
+"""What a step costs more into a tight cell, into a close one, and into one that is not passable about the start."""
 
 Cell = tuple[int, int]
 
@@ -29,8 +29,8 @@ Cell = tuple[int, int]
 class Ground:
     """Where the robot's centre may be: `passable`, a board of rows of `stride` bits, row = y.
 
-    It does not like to be in `tight` cells, and is never in `solid` ones. `shape` is its height and width; its first
-    cell lies at (left, bottom) of the grid.
+    It does not like to be in `tight` cells, still less in `close` ones, and is never in `solid` ones. `shape` is its
+    height and width; its first cell lies at (left, bottom) of the grid.
     """
 
     passable: int
@@ -40,6 +40,7 @@ class Ground:
     bottom: int
     cell_m: float
     tight: int = 0
+    close: int = 0
     solid: int = 0
 
     def cell(self, x: float, y: float) -> Cell:
@@ -48,7 +49,17 @@ class Ground:
         row, column = int(y // self.cell_m) - self.bottom, int(x // self.cell_m) - self.left
         return min(max(row, 0), height - 1), min(max(column, 0), width - 1)
 
-    def length_m(self, cost: int) -> float:
+    def cells_at(self, points: Floats) -> tuple[Ints, Ints]:
+        """Rows and columns of the cells under points (…, 2) m, which may lie beyond it."""
+        rows = np.floor(points[..., 1] / self.cell_m).astype(np.int64) - self.bottom
+        return rows, np.floor(points[..., 0] / self.cell_m).astype(np.int64) - self.left
+
+    def holds(self, points: Floats) -> Bools:
+        """Which points (…, 2) m lie on it."""
+        rows, columns = self.cells_at(points)
+        return (rows >= 0) & (rows < self.shape[0]) & (columns >= 0) & (columns < self.shape[1])
+
+    def length_m(self, cost: Number) -> Number:
         """Metres of a way of that cost through cells that are not tight."""
         return cost / STRAIGHT * self.cell_m
 
@@ -65,16 +76,25 @@ class Ground:
             board |= line << k * self.stride
         return (board & ~self.passable & ~self.solid) | 1 << (row * self.stride + column)
 
-    def reached(self, start: Cell) -> Bools:
-        """The passable cells that there is a way to, (height · stride,)."""
-        begins, ends, numbers = labelled_runs(self.passable | self.about(start), self.stride)
-        home = int(np.searchsorted(begins, start[0] * self.stride + start[1], side="right")) - 1
+    def passable_at(self, points: Floats) -> Bools:
+        """Which points (…, 2) m lie on passable cells; beyond the ground none does."""
+        board = np.frombuffer(as_bytes(self.passable, self.stride, self.shape[0]), dtype=np.bool_)
+        (rows, columns), inside = self.cells_at(points), self.holds(points)
+        return np.asarray(inside & board[np.where(inside, rows * self.stride + columns, 0)])
+
+    def reached(self, starts: Ints, about: int = 0) -> Bools:
+        """The passable cells (h · stride,) that there is a way to from any of the places, also over cells `about`."""
+        begins, ends, numbers = labelled_runs(self.passable | about, self.stride)
+        runs = np.searchsorted(begins, starts, side="right") - 1
+        runs = runs[(runs >= 0) & (starts < ends[runs])]
+        mine = np.zeros(len(begins), dtype=np.bool_)
+        mine[numbers[runs]] = True
         borders = np.zeros(self.shape[0] * self.stride + 1, dtype=np.int8)
-        same = numbers == numbers[home]
+        same = mine[numbers]
         borders[begins[same]] = 1
         borders[ends[same]] = -1
-        mine = np.cumsum(borders[:-1]) > 0
-        return np.asarray(mine & np.frombuffer(as_bytes(self.passable, self.stride, self.shape[0]), dtype=np.bool_))
+        reached = np.cumsum(borders[:-1]) > 0
+        return np.asarray(reached & np.frombuffer(as_bytes(self.passable, self.stride, self.shape[0]), dtype=np.bool_))
 
 
 @dataclass(frozen=True)
@@ -87,39 +107,43 @@ class Path:
 
 def find_path(ground: Ground, start: Cell, goal: Cell) -> Path | None:
     """The cheapest 8-connected way to a passable cell (row, column), or None."""
-    ways = Ways(ground, start, [goal])
-    while goal not in ways.found and ways.go_on():
+    ways = Ways(ground, start)
+    while ways.cost(goal) < 0 and ways.go_on():
         pass
-    return ways.path(goal) if goal in ways.found else None
+    return None if ways.cost(goal) < 0 else ways.path(goal)
 
 
 class Ways:
-    """The cheapest ways from a start to its goals: `found` holds what they cost, as far out as one has gone on."""
+    """The cheapest ways from a start, found as far out as one has gone on."""
 
-    def __init__(self, ground: Ground, start: Cell, goals: Iterable[Cell]) -> None:
-        self.found: dict[Cell, int] = {}
+    def __init__(self, ground: Ground, start: Cell) -> None:
+        self.start = start
         self._ground = ground
         stride, rows = ground.stride, ground.shape[0] + 2
         self._straight = (-stride, -1, 1, stride)
         self._diagonal = (-stride - 1, -stride + 1, stride - 1, stride + 1)
         about = ground.about(start)
         self._left = bytearray(as_bytes((ground.passable | about) << stride, stride, rows))  # not reached yet
-        dear = np.frombuffer(as_bytes((ground.tight | about) << stride, stride, rows), dtype=np.uint8) * TIGHT
-        if about:
-            dear[np.frombuffer(as_bytes(about << stride, stride, rows), dtype=np.uint8) > 0] = LEAVING
+        tight, close, leaving = (
+            np.frombuffer(as_bytes(board << stride, stride, rows), dtype=np.uint8)
+            for board in (ground.tight, ground.close, about)
+        )
+        dear = np.where(leaving > 0, LEAVING, tight * TIGHT + close * CLOSE).astype(np.uint8)
         self._price = dear.tobytes()  # of a step into the cell, above its length
-        self._goals = {self._place(goal): goal for goal in goals}
         self._cost: dict[int, int] = {}
         self._waves: list[list[int]] = []  # cells by what they cost
         self._later: dict[int, list[int]] = {}  # cells that were come upon, by what they will have cost
-        self._start = self._place(start)
-        self._left[self._start] = 0
-        self._reach([self._start])
+        self._left[self._place(start)] = 0
+        self._reach([self._place(start)])
 
     @property
     def reached(self) -> int:
         """All cells are known that cost so much or less."""
         return len(self._waves) - 1
+
+    def cost(self, cell: Cell) -> int:
+        """What the way to a cell costs; −1: not known, or there is none."""
+        return self._cost.get(self._place(cell), -1)
 
     def go_on(self) -> bool:
         """Take in the cells that cost one more; False when there are no more."""
@@ -141,17 +165,14 @@ class Ways:
         return bool(self._later) or any(waves[-DIAGONAL:])
 
     def _reach(self, wave: list[int]) -> None:
-        cost = len(self._waves)
+        self._cost |= dict.fromkeys(wave, len(self._waves))
         self._waves.append(wave)
-        self._cost |= dict.fromkeys(wave, cost)
-        if not self._goals.keys().isdisjoint(wave):
-            self.found |= {self._goals[place]: cost for place in wave if place in self._goals}
 
     def path(self, goal: Cell) -> Path:
         """The way to a goal that was found: of equally cheap ways the one that goes straight on from the goal back."""
         here, last = self._place(goal), 0
         chain = [here]
-        while here != self._start:
+        while here != self._place(self.start):
             before = self._cost[here] - self._price[here]
             steps = [(last, self._length(last))] if last else []
             steps += [(o, STRAIGHT) for o in self._straight] + [(o, DIAGONAL) for o in self._diagonal]
@@ -169,9 +190,3 @@ class Ways:
 
     def _place(self, cell: Cell) -> int:
         return (cell[0] + 1) * self._ground.stride + cell[1]
-
-
-def least(a: Cell, b: Cell) -> int:
-    """The cost of the way if nothing stood in it."""
-    dr, dc = abs(a[0] - b[0]), abs(a[1] - b[1])
-    return STRAIGHT * max(dr, dc) + (DIAGONAL - STRAIGHT) * min(dr, dc)

@@ -12,6 +12,7 @@ from slam.components import labelled_runs
 from slam.geometry import Bools
 from slam.grid import Grid
 from slam.sweep import Ints
+from slam.window import Window
 
 
 @dataclass(frozen=True)
@@ -47,12 +48,19 @@ class Pieces:
     columns: Ints
 
 
-def ranks_of(grid: Grid, chink: int, spare: int) -> Ranks | None:
-    """The grid's cells; a chink is unknown, but nowhere wider than 2 · `chink` cells. None: there is no cell."""
-    log_odds, left, bottom = grid.dense()
-    if log_odds.size == 0:
+def ranks_of(grid: Grid, chink: int, spare: int, window: Window | None = None) -> Ranks | None:
+    """The grid's cells, or those in the window; a chink is unknown, but nowhere wider than 2 · `chink` cells.
+
+    None: there is no cell.
+    """
+    left, bottom, width, height = grid.bounds()
+    if window is not None:
+        right, top = min(left + width, window.right), min(bottom + height, window.top)
+        left, bottom = max(left, window.left), max(bottom, window.bottom)
+        width, height = right - left, top - bottom
+    if width <= 0 or height <= 0:
         return None
-    height, width = log_odds.shape
+    log_odds = grid.window(left, bottom, width, height)
     stride = stride_of(width, max(spare, chink) + 1)
     free, occupied = board(grid.free(log_odds), stride), board(grid.occupied(log_odds), stride)
     everywhere = board(np.ones((height, width), dtype=np.bool_), stride)

@@ -46,25 +46,26 @@ def heard_from(ranks: Ranks, here: Pose, nearest_m: float, config: FrontierConfi
     return max(k for k in range(most + 1) if k == 0 or k * k < nearest)
 
 
-def room_to_stand(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Bools:
-    """Cells (h, w) whose surroundings were seen: what is unknown beside a free cell may well be a wall."""
-    unknown = ranks.unknown & ~_heard(ranks, poses, known.heard)
+def room_to_stand(ranks: Ranks, heard: int, config: FrontierConfig) -> Bools:
+    """Cells (h, w) whose surroundings were seen or heard: what is unknown beside a free cell may well be a wall."""
+    unknown = ranks.unknown & ~heard
     near = within(unknown, ranks.stride, int(config.unseen_m / ranks.cell_m + 0.5))
     return ranks.array(~near & ranks.everywhere)
 
 
-def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: FrontierConfig) -> Ground:
+def ground_of(ranks: Ranks, heard: int, poses: Floats, known: Intent, config: FrontierConfig) -> Ground:
     """On cells that are free, or close about a scan, and keep the robot's radius away from anything occupied.
 
-    And where it has been, whatever the map says now; but not where something was in its way since.
+    And where it has been, scanning at `poses` (n, 3), whatever the map says now; but not where something was in its
+    way since. `heard`: the board of `heard_cells`.
     """
     clear = int(config.clear_m / ranks.cell_m + 0.5)
     blocks = np.array([(block.x, block.y) for block in known.blocks]).reshape(-1, 2)
     trail = _discs(known.driven(poses), ranks, TRAIL_M) & ~_discs(blocks, ranks, config.block_m + config.robot_radius_m)
     solid = (ranks.occupied | _discs(blocks, ranks, config.block_m)) & ~trail
     keep_off = within(solid, ranks.stride, _radius(config, ranks.cell_m))
-    heard = _heard(ranks, poses, known.heard)
-    near = within((keep_off & ranks.open) | (ranks.unknown & ~heard), ranks.stride, clear) & ranks.everywhere
+    walls = (keep_off & ranks.open) | (ranks.unknown & ~heard)
+    near, close = (within(walls, ranks.stride, cells) & ranks.everywhere for cells in (clear, clear // 2))
     passable = ranks.array(((ranks.open | heard) & ~keep_off) | trail)
     rows, columns = ranks.shape[0] // COARSE, ranks.stride // COARSE
     stride = stride_of(columns, 1)
@@ -77,6 +78,7 @@ def ground_of(ranks: Ranks, poses: tuple[Pose, ...], known: Intent, config: Fron
         ranks.bottom // COARSE,
         ranks.cell_m * COARSE,
         tight=board(may & _coarse(ranks.array(near)), stride),
+        close=board(may & _coarse(ranks.array(close)), stride),
         solid=board(_coarse(ranks.array(solid)), stride),
     )
 
@@ -111,19 +113,27 @@ def _discs(points: Floats, ranks: Ranks, radius_m: float) -> int:
     return within(ranks.board(cells), ranks.stride, int(radius_m / ranks.cell_m + 0.5)) & ranks.everywhere
 
 
-def _heard(ranks: Ranks, poses: tuple[Pose, ...], heard: Ints) -> int:
+def heard_cells(ranks: Ranks, poses: Floats, heard: Ints) -> int:
     """The circles about the last scans that are free of anything that answers, cell of the ground by cell."""
-    scans = np.array([(pose.x, pose.y) for pose in poses[len(poses) - len(heard) :]]).reshape(-1, 2)
-    coarse_m = ranks.cell_m * COARSE
-    rows, columns = _places(scans, coarse_m, ranks.bottom // COARSE, ranks.left // COARSE)
-    cells = np.zeros((ranks.shape[0] // COARSE, ranks.stride // COARSE), dtype=np.bool_)
-    for radius in range(1, int(heard.max(initial=0)) // COARSE + 1):
-        mine = np.flatnonzero(heard // COARSE == radius)
-        dr, dc = _disc(radius)
-        r, c = rows[mine, None] + dr, columns[mine, None] + dc
-        inside = (r >= 0) & (r < cells.shape[0]) & (c >= 0) & (c < ranks.shape[1] // COARSE)
-        cells[r[inside], c[inside]] = True
+    height, width = ranks.shape[0] // COARSE, ranks.stride // COARSE
+    rows, columns = _places(poses[len(poses) - len(heard) :, :2], ranks.cell_m * COARSE, *_corner(ranks))
+    most = int(heard.max(initial=0)) // COARSE
+    near = (rows >= -most) & (rows < height + most) & (columns >= -most) & (columns < width + most)
+    rows, columns, radii = rows[near], columns[near], heard[near] // COARSE
+    cells = np.zeros((height, width), dtype=np.bool_)
+    for radius in range(1, most + 1):
+        mine = np.flatnonzero(radii == radius)
+        if len(mine):
+            dr, dc = _disc(radius)
+            r, c = rows[mine, None] + dr, columns[mine, None] + dc
+            inside = (r >= 0) & (r < height) & (c >= 0) & (c < ranks.shape[1] // COARSE)
+            cells[r[inside], c[inside]] = True
     return ranks.board(np.repeat(np.repeat(cells, COARSE, axis=0), COARSE, axis=1))
+
+
+def _corner(ranks: Ranks) -> tuple[int, int]:
+    """The ground's first row and column."""
+    return ranks.bottom // COARSE, ranks.left // COARSE
 
 
 @cache

@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 
 from slam import dmath
+from slam.boards import within
 from slam.dmath import PI, Floats
 from slam.geometry import Bools
 from slam.regions import Ranks
@@ -27,6 +28,9 @@ tell, two from so near count, one from so far, and none from further: there, muc
 ASIDE = 3
 """So many rays beside the foot of a perpendicular, 34°, a wall is farther by a fifth."""
 
+BESIDE_M, PART = 0.28, 3
+"""So near to what is occupied there is no way on for the robot: to see what is there is worth a part."""
+
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
 """How much of a cell's unknown is left after so many looks, of SCALE."""
@@ -36,6 +40,7 @@ LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist
 class Views:
     """Places (n,) as rows and columns, the m² that a scan there would show, and how many ways it sees walls squarely.
 
+    `away`: metres to the nearest scan.
     `square`: 0, no wall's foot is in sight: nothing there says where the robot is; 1, those of parallel ones; 2, of
     others too.
     """
@@ -44,6 +49,7 @@ class Views:
     columns: Ints
     gains: Floats
     square: Ints
+    away: Floats
 
 
 def lattice(ranks: Ranks, reached: Bools, apart_m: float) -> tuple[Ints, Ints]:
@@ -60,11 +66,10 @@ def lattice(ranks: Ranks, reached: Bools, apart_m: float) -> tuple[Ints, Ints]:
 
 def views_of(
     ranks: Ranks, places: tuple[Ints, Ints], frontier: tuple[Ints, Ints], stations: Floats, apart_m: float
-) -> tuple[Views, Floats]:
+) -> Views:
     """Those of the places (rows, columns) a scan from which might show what is behind the frontier (rows, columns).
 
-    `stations` (k, 2) in metres are where the robot has scanned; the places keep `apart_m` off these. With them the
-    distance of each to the nearest station, metres.
+    `stations` (k, 2) in metres are where the robot has scanned; the places keep `apart_m` off these.
     """
     rows, columns = places
     dr, dc = rows[:, None] - frontier[0], columns[:, None] - frontier[1]
@@ -78,7 +83,7 @@ def views_of(
     square = (dx * dx + dy * dy).min(axis=1, initial=4.0 * STEPS * STEPS * STEP_M * STEP_M)
     away = square >= apart_m * apart_m
     rows, columns = rows[away], columns[away]
-    return _seen(rows, columns, ranks, scanned), np.sqrt(square[away])
+    return _seen(rows, columns, np.sqrt(square[away]), ranks, scanned)
 
 
 def _about(stations: Floats, x: Floats, y: Floats) -> Floats:
@@ -91,10 +96,10 @@ def _about(stations: Floats, x: Floats, y: Floats) -> Floats:
     return np.asarray(stations[near])
 
 
-def _seen(rows: Ints, columns: Ints, ranks: Ranks, stations: Floats) -> Views:
+def _seen(rows: Ints, columns: Ints, away: Floats, ranks: Ranks, stations: Floats) -> Views:
     """What each place would show, nothing occupied between."""
     if not len(rows):
-        return Views(rows, columns, np.zeros(0), rows)
+        return Views(rows, columns, np.zeros(0), rows, away)
     dr, dc, area = _rays(ranks.cell_m)
     reach = int(STEPS * STEP_M / ranks.cell_m) + 1
     bottom, left = int(rows.min()) - reach, int(columns.min()) - reach
@@ -102,12 +107,13 @@ def _seen(rows: Ints, columns: Ints, ranks: Ranks, stations: Floats) -> Views:
     unknown = _window(ranks, ranks.unknown, bottom, left, shape, beyond=True)
     solid = _window(ranks, ranks.occupied, bottom, left, shape, beyond=False)
     worth = np.where(unknown, _left(ranks, stations, bottom, left, shape), 0)
+    beside = within(ranks.occupied, ranks.stride, int(BESIDE_M / ranks.cell_m + 0.5)) & ranks.everywhere
+    worth = np.where(_window(ranks, beside, bottom, left, shape, beyond=False), worth // PART, worth)
     cells = ((rows - bottom)[:, None, None] + dr) * shape[1] + ((columns - left)[:, None, None] + dc)
     clear = ~np.logical_or.accumulate(solid.reshape(-1)[cells], axis=2)
-    shown = worth.reshape(-1)[cells] * area * clear
-    total = np.cumsum(shown.reshape(len(rows), RAYS * STEPS), axis=1)[:, -1]
-    gains = np.asarray(total * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
-    return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)))
+    shown = (worth.reshape(-1)[cells] * area * clear).reshape(len(rows), RAYS * STEPS)
+    gains = np.asarray(np.cumsum(shown, axis=1)[:, -1] * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
+    return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)), away)
 
 
 def _window(ranks: Ranks, mask: int, bottom: int, left: int, shape: tuple[int, int], *, beyond: bool) -> Bools:

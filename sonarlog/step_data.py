@@ -119,6 +119,7 @@ def _decision(decision: Decision) -> dict[str, Any]:
         "leg": decision.leg,
         "length_m": decision.length_m,
         "blocks": [[block.x, block.y, block.times] for block in decision.blocks],
+        "left": decision.left,
     }
 
 

@@ -114,7 +114,8 @@ def test_a_way_that_proves_blocked_is_remembered_and_after_a_while_forgotten() -
         return (Pose(0.0, 0.0, 0.0),) * sweep + (Pose(x, y, 0.0),)
 
     assert not before.after(at(5, 0.95), 12).blocks
-    assert before.after(at(5, 0.95), 12).driven(at(5, 0.95))[-1].tolist() == pytest.approx([0.9, 0.0], abs=0.06)
+    scans = np.array([(pose.x, pose.y, pose.theta) for pose in at(5, 0.95)])
+    assert before.after(at(5, 0.95), 12).driven(scans)[-1].tolist() == pytest.approx([0.9, 0.0], abs=0.06)
     stopped = before.after(at(5, 0.3), 12)
     (block,) = stopped.blocks
     assert (block.x, block.y) == pytest.approx((0.65, 0.0), abs=0.06)

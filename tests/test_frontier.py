@@ -11,10 +11,11 @@ from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid, Patch
 from slam.intent import PATIENCE, Intent
 from slam.regions import Ranks, ranks_of
-from slam.terrain import ground_of, heard_from, room_to_stand, spare_cells
+from slam.terrain import ground_of, heard_cells, heard_from, room_to_stand, spare_cells
 from slam.views import views_of
 
 CONFIG = FrontierConfig()
+AT_ORIGIN = np.zeros((1, 3))
 
 
 def grid_of(free: Bools, occupied: Bools) -> Grid:
@@ -51,7 +52,7 @@ def test_what_answered_counts_though_the_map_does_not_show_it_yet() -> None:
 def test_the_robot_stands_nowhere_beside_what_was_never_seen() -> None:
     grid = corridor(2.0, -1.0, 1.0)
     ranks = seen(grid)
-    room = room_to_stand(ranks, (ORIGIN,), Intent(), CONFIG)
+    room = room_to_stand(ranks, 0, CONFIG)
     row = -ranks.bottom
     free = np.flatnonzero(room[row]) + ranks.left
     edge = 1.0 - CONFIG.unseen_m
@@ -62,8 +63,9 @@ def test_a_corridor_is_gone_on_along_though_nothing_ahead_was_seen() -> None:
     """Seen up to 0.2 m ahead, no end in sight: without the circle there is hardly a step to be made."""
     grid = corridor(1.0, -2.0, 0.2)
     ranks = seen(grid)
-    heard = Intent().hearing(heard_from(ranks, ORIGIN, 1.0, CONFIG))
-    ahead = [ground_of(ranks, (ORIGIN,), known, CONFIG) for known in (Intent(), heard)]
+    circle = np.array([heard_from(ranks, ORIGIN, 1.0, CONFIG)])
+    ahead = [ground_of(ranks, heard_cells(ranks, AT_ORIGIN, some), AT_ORIGIN, Intent(), CONFIG)
+             for some in (circle[:0], circle)]  # fmt: skip
     farthest = [max(k for k in range(30) if g.passable >> ((g.cell(0.05 * k, 0.0)[0]) * g.stride
                 + g.cell(0.05 * k, 0.0)[1]) & 1) * 0.05 for g in ahead]  # fmt: skip
     assert farthest[0] <= 0.2
@@ -71,7 +73,7 @@ def test_a_corridor_is_gone_on_along_though_nothing_ahead_was_seen() -> None:
     decision, _ = next_goal(grid, (Pose(-1.0, 0.0, 0.0), ORIGIN), Intent(), CONFIG, 1.0)
     assert decision.chosen is not None
     assert decision.path[-1, 0] > 0.4
-    assert abs(decision.path[-1, 1]) < 0.4
+    assert abs(decision.path[-1, 1]) < 0.5
 
 
 def test_walls_are_seen_squarely_from_no_way_from_one_and_from_two() -> None:
@@ -83,7 +85,7 @@ def test_walls_are_seen_squarely_from_no_way_from_one_and_from_two() -> None:
     for occupied in (np.zeros_like(free), one, two):
         ranks = seen(grid_of(free & ~occupied, occupied))
         place = (np.array([-ranks.bottom]), np.array([-ranks.left]))
-        views, _ = views_of(ranks, place, place, np.zeros((0, 2)), 0.3)
+        views = views_of(ranks, place, place, np.zeros((0, 2)), 0.3)
         found.append(int(views.square[0]))
     assert found == [0, 1, 2]
 

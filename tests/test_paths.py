@@ -13,7 +13,7 @@ from slam.boards import as_bytes, board, cells, stride_of, within
 from slam.components import label
 from slam.geometry import Bools
 from slam.linear import solve_spd
-from slam.planning import DIAGONAL, LEAVING, START, STRAIGHT, TIGHT, Ground, find_path
+from slam.planning import CLOSE, DIAGONAL, LEAVING, START, STRAIGHT, TIGHT, Ground, find_path
 
 Cell = tuple[int, int]
 MASKS = arrays(np.bool_, st.tuples(st.integers(1, 9), st.integers(1, 9)))
@@ -70,13 +70,13 @@ def test_inflation_is_every_cell_within_the_radius(mask: Bools, radius: int) -> 
     assert grown == board(np.array(expected, dtype=bool), stride)
 
 
-def dijkstra(passable: Bools, tight: Bools, start: Cell) -> dict[Cell, int]:
+def dijkstra(passable: Bools, tight: Bools, close: Bools, start: Cell) -> dict[Cell, int]:
     """What every cell costs that there is a way to; cells about a start that is not passable are dear."""
     about = np.zeros_like(passable)
     if not passable[start]:
         rows, columns = (slice(max(k - START, 0), k + START + 1) for k in start)
         about[rows, columns] = ~passable[rows, columns]
-    price = np.where(about, LEAVING, np.where(tight, TIGHT, 0))
+    price = np.where(about, LEAVING, tight * TIGHT + close * CLOSE)
     cost, queue = {start: 0}, [(0, start)]
     while queue:
         so_far, (row, column) = heapq.heappop(queue)
@@ -99,14 +99,15 @@ LARGER = arrays(
 @settings(max_examples=150, deadline=None)
 @given(LARGER, st.data())
 def test_a_path_is_one_of_the_cheapest(mask: Bools, data: st.DataObject) -> None:
-    tight = data.draw(arrays(np.bool_, mask.shape)) & mask
+    tight, close = (data.draw(arrays(np.bool_, mask.shape)) & mask for _ in range(2))
     places = st.tuples(st.integers(0, mask.shape[0] - 1), st.integers(0, mask.shape[1] - 1))
     start, goal = data.draw(places), data.draw(places)
     mask[goal] = True
     stride = stride_of(mask.shape[1], 1)
-    ground = replace(ground_of(mask), tight=board(tight, stride))
-    costs, path = dijkstra(mask, tight, start), find_path(ground, start, goal)
-    reached = ground.reached(start).reshape(len(mask), stride)[:, : mask.shape[1]]
+    ground = replace(ground_of(mask), tight=board(tight, stride), close=board(close, stride))
+    costs, path = dijkstra(mask, tight, close, start), find_path(ground, start, goal)
+    place = np.array([start[0] * stride + start[1]])
+    reached = ground.reached(place, ground.about(start)).reshape(len(mask), stride)[:, : mask.shape[1]]
     assert np.array_equal(
         reached, mask & np.array([[(r, c) in costs for c in range(mask.shape[1])] for r in range(len(mask))])
     )

@@ -1,0 +1,107 @@
+"""Roads between scans: far off the robot finds its way from scan to scan, and need not search the whole map.
+
+Must not know: the map, what is to be seen anywhere.
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
+from itertools import pairwise
+
+import numpy as np
+
+from slam import dmath
+from slam.dmath import Floats
+from slam.geometry import Bools
+from slam.planning import Ground
+from slam.sweep import Ints
+
+ROAD_M = 1.5
+"""Scans so near to one another may be joined by a straight road; to so many of them, the nearest ones."""
+ROADS = 3
+
+STEP_M = 0.10
+"""From point to point of a way along roads."""
+
+
+@dataclass(frozen=True)
+class Roads:
+    """Pairs (m, 2) of scans: the robot has driven from one to the other, or nothing stands straight between them."""
+
+    pairs: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+
+    def joined(self, scans: Floats, ground: Ground) -> "Roads":
+        """With the last of all scans (n, 2) m joined to the one before and to those near by."""
+        last = len(scans) - 1
+        if last < 1:
+            return self
+        away = dmath.hypot(scans[:-2, 0] - scans[-1, 0], scans[:-2, 1] - scans[-1, 1])
+        near = np.flatnonzero(away < ROAD_M)
+        near = near[np.argsort(away[near], kind="stable")[:ROADS]]
+        straight = near[_passable(scans[last], scans[near], ground)]
+        others = np.append(straight, np.int64(last - 1))
+        return Roads(np.concatenate([self.pairs, np.stack([others, np.full(len(others), last)], axis=1)]))
+
+    def without(self, scans: Floats, places: Floats, near_m: float) -> "Roads":
+        """Those of the roads that lead past none of the places (k, 2) m nearer than that."""
+        begin = scans[self.pairs[:, 0]][:, None, :]
+        along = scans[self.pairs[:, 1]][:, None, :] - begin
+        length = np.maximum(along[..., 0] * along[..., 0] + along[..., 1] * along[..., 1], STEP_M * STEP_M)
+        off = places - begin
+        share = np.clip((off[..., 0] * along[..., 0] + off[..., 1] * along[..., 1]) / length, 0.0, 1.0)
+        off = off - share[..., None] * along
+        clear = off[..., 0] * off[..., 0] + off[..., 1] * off[..., 1] >= near_m * near_m
+        return Roads(self.pairs[clear.all(axis=1)])
+
+
+class Journeys:
+    """The shortest ways along roads to all scans (n, 2) m from the nearest ones, which are so many `metres` away.
+
+    `metres` (n,): how far each scan is, ∞ where there is no way.
+    """
+
+    def __init__(self, roads: Roads, scans: Floats, near: Mapping[int, float]) -> None:
+        beside = _beside(roads, scans)
+        self.metres = np.full(len(scans), np.inf)
+        self._scans = scans
+        self._before = {scan: scan for scan in near}
+        queue = [(metres, scan, scan) for scan, metres in near.items()]
+        heapify(queue)
+        while queue:
+            metres, scan, comes_from = heappop(queue)
+            if self._before.setdefault(scan, comes_from) == comes_from and metres < self.metres[scan]:
+                self.metres[scan] = metres
+                for other, length in beside[scan]:
+                    if other not in self._before:
+                        heappush(queue, (metres + length, other, scan))
+
+    def road(self, scan: int) -> tuple[int, Floats]:
+        """The one of the nearest scans that the way to a scan leads over, and its points (k, 2) m after that."""
+        chain = [scan]
+        while self._before[chain[-1]] != chain[-1]:
+            chain.append(self._before[chain[-1]])
+        corners = self._scans[chain[::-1]]
+        points = [np.zeros((0, 2))]
+        for begin, end in pairwise(corners):
+            steps = max(1, int(dmath.hypot(end[0] - begin[0], end[1] - begin[1]) / STEP_M + 0.5))
+            points.append(begin + (np.arange(1, steps + 1) / steps)[:, None] * (end - begin))
+        return chain[-1], np.concatenate(points)
+
+
+def _beside(roads: Roads, scans: Floats) -> dict[int, list[tuple[int, float]]]:
+    """By scan, those that roads lead to from there, and how far they are."""
+    a, b = roads.pairs[:, 0], roads.pairs[:, 1]
+    lengths = dmath.hypot(scans[a, 0] - scans[b, 0], scans[a, 1] - scans[b, 1]).tolist()
+    beside: dict[int, list[tuple[int, float]]] = defaultdict(list)
+    for one, other, length in zip(a.tolist(), b.tolist(), lengths, strict=True):
+        beside[one].append((other, length))
+        beside[other].append((one, length))
+    return beside
+
+
+def _passable(begin: Floats, ends: Floats, ground: Ground) -> Bools:
+    """To which of the ends (k, 2) m the straight way leads over passable cells."""
+    share = np.arange(1, int(ROAD_M / STEP_M) + 1) * (STEP_M / ROAD_M)
+    points = begin + share[None, :, None] * (ends - begin)[:, None, :]
+    return np.asarray(ground.passable_at(points).all(axis=1))
