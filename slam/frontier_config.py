@@ -23,8 +23,8 @@ class FrontierConfig:
     more_gain_m2: float = 0.16  # … nor for so much less a metre of way …
     enough_gain_m2: float = 1.4  # … but it does for this
     far_gain_m2: float = 0.05  # in the end so much a metre is enough, where nobody was near
-    far_enough_m2: float = 0.6  # … and this is always enough …
-    wide_m2: float = 0.7  # … and so is a view that shows so much where a scan was nearer
+    far_enough_m2: float = 0.45  # … and this is always enough …
+    wide_m2: float = 0.5  # … and so is a view that shows so much where a scan was nearer
     picky_scans: int = 30  # after more scans than this, all that in proportion
     apart_m: float = 0.65  # nearer than this to a scan another is worth less in proportion
     step_gain_m2: float = 1.2  # nearer than half of that only a view that shows so much counts

@@ -29,7 +29,7 @@ ASIDE = 3
 """So many rays beside the foot of a perpendicular, 34°, a wall is farther by a fifth."""
 
 BESIDE_M, PART = 0.28, 3
-"""So near to what is occupied there is no way on for the robot: to see what is there is worth a part."""
+"""So near to what is occupied there is no way on for the robot: what is seen past it is worth a part."""
 
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
@@ -108,11 +108,12 @@ def _seen(rows: Ints, columns: Ints, away: Floats, ranks: Ranks, stations: Float
     solid = _window(ranks, ranks.occupied, bottom, left, shape, beyond=False)
     worth = np.where(unknown, _left(ranks, stations, bottom, left, shape), 0)
     beside = within(ranks.occupied, ranks.stride, int(BESIDE_M / ranks.cell_m + 0.5)) & ranks.everywhere
-    worth = np.where(_window(ranks, beside, bottom, left, shape, beyond=False), worth // PART, worth)
+    tight = _window(ranks, beside, bottom, left, shape, beyond=False)
     cells = ((rows - bottom)[:, None, None] + dr) * shape[1] + ((columns - left)[:, None, None] + dc)
     clear = ~np.logical_or.accumulate(solid.reshape(-1)[cells], axis=2)
-    shown = (worth.reshape(-1)[cells] * area * clear).reshape(len(rows), RAYS * STEPS)
-    gains = np.asarray(np.cumsum(shown, axis=1)[:, -1] * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0))
+    through = np.where(np.logical_or.accumulate(tight.reshape(-1)[cells], axis=2), 1, PART)
+    shown = (worth.reshape(-1)[cells] * area * clear * through).reshape(len(rows), RAYS * STEPS)
+    gains = np.asarray(np.cumsum(shown, axis=1)[:, -1] * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0 / PART))
     return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)), away)
 
 

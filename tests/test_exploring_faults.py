@@ -121,7 +121,7 @@ def obstructed(path: Path, across: Wall, from_x: float) -> tuple[float, list[str
 
 def test_a_way_that_is_blocked_while_it_drives_is_not_driven(tmp_path: Path) -> None:
     plaster = Material(14.0)
-    room, said, ended = obstructed(tmp_path / "a.mcap", Wall(1.1, -0.9, 1.1, 0.9, plaster), 0.45)
+    room, said, ended = obstructed(tmp_path / "a.mcap", Wall(0.7, -0.9, 0.7, 0.9, plaster), 0.1)
     assert room > 0.03
     assert any(text.startswith("something is in the way") for text in said)
     assert ended
