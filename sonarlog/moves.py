@@ -15,7 +15,7 @@ from sonarlog.log import Event
 from sonarlog.protocol.commands import Command, encode_command
 from sonarlog.protocol.packets import Sip
 from sonarlog.robot import Robot
-from sonarlog.surroundings import Echoes, Floats, Place, Wall, place, points_of, room_to_walls, walls_of
+from sonarlog.surroundings import Echoes, Floats, Place, Wall, place, points_of, room_to_walls, unrefuted, walls_of
 
 SAY_AGAIN_NS = 500_000_000  # commands are never acknowledged
 OVERLAP_DEG = 6.0  # more than a full circle, so that it closes even where odometry turns too fast
@@ -150,7 +150,8 @@ class Mover(ABC):
             self._event("warn", f"sweep {self.sweeps} is done again: odometry began anew in it")
         turned = abs(self._here.heading_deg - begin.heading_deg)
         self._walls, self._scanned_at = walls_of(readings, self._robot), self._here
-        self._scans = [*self._scans[1 - SCANS_KEPT :], points_of(readings, self._robot)]
+        new = points_of(readings, self._robot)
+        self._scans = [*(unrefuted(points, new, self._here) for points in self._scans[1 - SCANS_KEPT :]), new]
         self._points = np.concatenate(self._scans)
         text = f"sweep {self.sweeps} ends after {turned:.0f}° with {len(readings)} readings"
         self._event("warn" if stuck else "info", text)

@@ -261,6 +261,15 @@ def points_of(readings: Sequence[Reading], robot: Robot) -> Floats:
     return np.asarray(points[(apart < 0.10).sum(axis=1) >= 3])
 
 
+def unrefuted(points: Floats, scan: Floats, here: Place) -> Floats:
+    """The points of earlier scans that are no nearer than anything a scan from here heard.
+
+    The nearest point of any surface answers a full turn; what an earlier scan had nearer were wild readings.
+    """
+    nearest, away = (np.hypot(some[:, 0] - here.x, some[:, 1] - here.y) for some in (scan, points))
+    return np.asarray(points[away >= nearest.min(initial=NEAR_M / 2)])
+
+
 def room_to_points(points: Floats, here: Place, heading_deg: float, radius: float) -> float:
     """Metres that a disc of that radius can go along a heading before it touches one of the points."""
     cosine, sine = cos(radians(heading_deg)), sin(radians(heading_deg))

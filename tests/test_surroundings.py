@@ -2,9 +2,10 @@
 
 from math import cos, radians, sin
 
+import numpy as np
 import pytest
 
-from sonarlog.surroundings import NEAR_M, Place, Wall, room_at_slant
+from sonarlog.surroundings import NEAR_M, Place, Wall, room_at_slant, unrefuted
 
 HULL_M = 0.24
 
@@ -23,3 +24,11 @@ def test_so_far_from_where_it_was_seen_it_may_have_ended() -> None:
     beside = Place(-0.8 * sin(radians(70.0)), 0.8 * cos(radians(70.0)), 0.0)  # as near to its line, 0.8 m along it
     assert room_at_slant([wall], beside, 0.0, HULL_M) < NEAR_M  # towards what was seen
     assert room_at_slant([wall], Place(-beside.x, -beside.y, 0.0), 0.0, HULL_M) == NEAR_M  # away from it
+
+
+def test_what_was_nearer_than_anything_a_scan_heard_was_nothing() -> None:
+    scan = np.array([[0.4, 0.0], [0.0, 1.0]])
+    earlier = np.array([[0.2, 0.1], [-0.3, 0.0], [0.41, 0.0], [-0.5, 0.0]])
+    assert unrefuted(earlier, scan, Place(0.0, 0.0, 0.0)).tolist() == [[0.41, 0.0], [-0.5, 0.0]]
+    assert unrefuted(earlier, scan[:0], Place(0.0, 0.0, 0.0)).tolist() == []
+    assert unrefuted(earlier, scan, Place(3.0, 0.0, 0.0)).tolist() == earlier.tolist()
