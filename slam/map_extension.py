@@ -93,10 +93,8 @@ def extend_map(
     """
     newest = len(poses) - 1
     drawing = _Drawing(before, poses, chains.members, config)
-    again = drawing.outdated()
-    drawing.draw(again)
+    drawing.renew(drawing.outdated())
     drawing.add(sight_of(calibrated, reliability, features, config.faint_reach_m, every_beam=config.plain_cone), newest)
-    drawing.draw(drawing.stirred(newest))
     return drawing.map(), patch_between(before.grid, drawing.grid, list(drawing.touched))
 
 
@@ -147,25 +145,34 @@ class _Drawing:
         self._painted.append(Painted(sight, none, np.zeros(0), rows, rows, rows, none, rows, NOTHING))
         self._shown = np.append(self._shown, False)
         self._stood = np.concatenate([self._stood, self._places[number : number + 1]])
-        self.draw([number])
+        self.renew([number])
 
-    def draw(self, sweeps: Sequence[int]) -> None:
+    def renew(self, sweeps: Sequence[int]) -> None:
         """Take these sweeps off the map and draw them, one after the other, each as if it came only now."""
-        gone = [self._painted[k].layer for k in sweeps if len(self._painted[k].layer.delta)]
-        self._change(gone, [])
-        self._shown[sweeps] = False
+        self._take_off(sweeps)
         for k in sweeps:
-            drawn = self._paint(k)
-            self._painted[k] = drawn
-            self._shown[k] = True
-            self._stood[k] = self._places[k]
-            own = self._pieces.of_sweep(k)
-            self._drawn[own, :4], self._drawn[own, 4] = self._pieces.ends[own], 0.0
-            self._drawn[drawn.walls, 4] = drawn.shares
-            self._change([], [drawn.layer])
+            self._draw(k)
+            stirred = self._stirred(k)
+            self._take_off(stirred)
+            for older in stirred:
+                self._draw(older)
 
-    def stirred(self, newest: int) -> list[int]:
-        """The older sweeps that would be drawn otherwise if what the newest one saw had been known."""
+    def _take_off(self, sweeps: Sequence[int]) -> None:
+        self._change([self._painted[k].layer for k in sweeps if len(self._painted[k].layer.delta)], [])
+        self._shown[sweeps] = False
+
+    def _draw(self, k: int) -> None:
+        drawn = self._paint(k)
+        self._painted[k] = drawn
+        self._shown[k] = True
+        self._stood[k] = self._places[k]
+        own = self._pieces.of_sweep(k)
+        self._drawn[own, :4], self._drawn[own, 4] = self._pieces.ends[own], 0.0
+        self._drawn[drawn.walls, 4] = drawn.shares
+        self._change([], [drawn.layer])
+
+    def _stirred(self, newest: int) -> list[int]:
+        """The sweeps drawn before that would be drawn otherwise if what the newest one saw had been known."""
         near, new, config = self._near(newest), self._painted[newest], self._config
         near = near[near != newest]
         seen = [self._painted[k] for k in near.tolist()]
@@ -177,7 +184,7 @@ class _Drawing:
         pieces = self._pieces.at(np.concatenate([each.walls for each in seen]))
         doubtful = (pieces.nature == OPEN) & in_line(paths[:, 2:], pieces.normal, new.strokes, config.shapes)
         crossed = np.abs(cut(paths[:, 2:], strokes, new.strokes) - strokes).max(axis=1, initial=0.0) > config.cell_m
-        against = self._witnesses(np.array([newest]), [new], self._driven(np.array([newest - 1])))
+        against = self._witnesses(np.array([newest]), [new], self._driven(np.arange(max(newest - 1, 0), newest)))
         against = replace(against, strokes=strokes)  # also those hide a wall from the newest
         seen_from = self._places[near[gap_of], :2]
         ended = refuted(gaps, against) | ended_by(gaps, seen_from, against.spots, config.ends)

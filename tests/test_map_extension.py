@@ -66,6 +66,21 @@ def drawn(steps: list[Step], by: list[Pose]) -> Map:
     return grown
 
 
+def doorway() -> list[StraightWall]:
+    """A corridor with a doorway in one of its walls, 1 m wide."""
+    far = 40.0
+    return [*corridor(length=far)[1:], StraightWall(-far, 1.0, 1.1, 1.0), StraightWall(2.1, 1.0, far, 1.0)]
+
+
+def test_a_doorway_seen_last_stays_open_in_a_map_that_is_drawn_anew() -> None:
+    before_it_last = [STATIONS[k] for k in (0, 1, 3, 2, 4)]
+    steps = list(pipeline.run([scan(doorway(), pose) for pose in before_it_last], RING, PAPER))
+    for late in (drawn(steps, [ORIGIN] * 5), drawn(steps, [*[ORIGIN] * 4, AWAY])):
+        back = AWAY.step_to(ORIGIN) if late.poses[0] != STATIONS[0] else ORIGIN
+        middles = [back.compose(Pose((a[0] + a[2]) / 2, (a[1] + a[3]) / 2, 0.0)) for p in late.painted for a in p.gaps]
+        assert not [m for m in middles if 1.3 < m.x < 1.9 and m.y > 0.8]
+
+
 def test_a_map_drawn_anew_is_the_one_drawn_there_at_once(steps: list[Step]) -> None:
     late = drawn(steps, [*[ORIGIN] * 4, AWAY])
     at_once = drawn(steps, [AWAY] * 5)
