@@ -148,14 +148,15 @@ class _Drawing:
         self.renew([number])
 
     def renew(self, sweeps: Sequence[int]) -> None:
-        """Take these sweeps off the map and draw them, one after the other, each as if it came only now."""
+        """Take these sweeps off the map and draw them, one after the other, then what each shows to be drawn wrong."""
+        self._redraw(sweeps)
+        for k in sweeps:
+            self._redraw(self._stirred(k))
+
+    def _redraw(self, sweeps: Sequence[int]) -> None:
         self._take_off(sweeps)
         for k in sweeps:
             self._draw(k)
-            stirred = self._stirred(k)
-            self._take_off(stirred)
-            for older in stirred:
-                self._draw(older)
 
     def _take_off(self, sweeps: Sequence[int]) -> None:
         self._change([self._painted[k].layer for k in sweeps if len(self._painted[k].layer.delta)], [])
