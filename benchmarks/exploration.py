@@ -2,7 +2,8 @@
 
 `python -m benchmarks.exploration FOLDER [--worlds loop,office] [--seeds 1-10] [--jobs 2] [--tours]`: a line an
 exploration, as JSON on stdout and in FOLDER, and a table on stderr: least, median and most over the seeds. With
-`--tours` the fixed tour of each world and seed is measured the same way. What FOLDER has already is not run again.
+`--tours` the fixed tour of each world and seed is measured the same way. What FOLDER has already of the same code is
+not run again.
 """
 
 import argparse
@@ -18,6 +19,8 @@ from typing import Any
 
 import numpy as np
 
+import slam
+import sonarlog
 from slam.algorithms import DEFAULT, algorithm
 from slam.geometry import ORIGIN
 from sonarlog.exploring.coverage import mapped_share, reach_of, short_tour_m
@@ -26,6 +29,7 @@ from sonarlog.exploring.reproduction import Reproduction
 from sonarlog.log import Log
 from sonarlog.map_metrics import map_quality
 from sonarlog.plan import Plan
+from sonarlog.provenance import code_digest
 from sonarlog.recorder import Recorder
 from sonarlog.recording import RecordingWriter, read_log
 from sonarlog.replay import replay_sweeps, sweeps_of, true_pose
@@ -62,12 +66,15 @@ def main() -> None:
 
 
 def known_or_measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:
-    """What was measured before, or now."""
+    """What was measured before with the same code of `slam/` and `sonarlog/`, or now."""
     kind, world, seed = asked
     path = folder / f"{kind}-{world.replace(':', '-')}-{seed}.json"
-    if not path.exists():
-        path.write_text(json.dumps(measured(folder, asked)))
-    return dict(json.loads(path.read_text()))
+    code = code_digest(slam) + code_digest(sonarlog)
+    known = dict(json.loads(path.read_text())) if path.exists() else {}
+    if known.get("code") != code:
+        known = {**measured(folder, asked), "code": code}
+        path.write_text(json.dumps(known))
+    return known
 
 
 def measured(folder: Path, asked: tuple[str, str, int]) -> dict[str, Any]:

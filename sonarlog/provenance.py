@@ -6,15 +6,16 @@ import subprocess
 import sys
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 
 import slam
 from sonarlog import __version__
 
 
-def code_digest() -> str:
-    """Hex digest of the source of `slam/`: file names and contents, in order of name."""
+def code_digest(package: ModuleType = slam) -> str:
+    """Hex digest of a package's source: file names and contents, in order of name."""
     state = hashlib.blake2b(digest_size=16)
-    root = Path(slam.__path__[0])
+    root = Path(package.__path__[0])
     for name in sorted(path.relative_to(root).as_posix() for path in root.rglob("*.py")):
         data = (root / name).read_bytes()
         state.update(f"{name}:{len(data)};".encode() + data)
