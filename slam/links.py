@@ -144,10 +144,13 @@ def end_gaps(walls: Pieces, spots: Spots, sweep: int, config: EndConfig, weight:
     return Gaps(np.concatenate([start, spots.point[spot]], axis=1), np.full(len(wall), weight))
 
 
-def ended_by(gaps: Floats, spots: Floats, config: EndConfig, margin_m: float = 0.1) -> Bools:
-    """In which of the gaps (g, 4) one of the spots (s, 4) stands, so that a wall would have ended there."""
+def ended_by(gaps: Floats, seen_from: Floats, spots: Floats, config: EndConfig, margin_m: float = 0.1) -> Bools:
+    """In which of the gaps (g, 4) one of the spots (s, 4) stands, so that a wall would have ended there.
+
+    A wall has two faces: what was heard from behind it, not from where it was seen (g, 2), may stand on the other.
+    """
     dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
-    place = ended_at(gaps, spots, config, margin_m)
+    place = np.where(_behind(gaps, seen_from, spots), np.inf, ended_at(gaps, spots, config, margin_m))
     return np.asarray((place < np.sqrt(dx * dx + dy * dy) - margin_m).any(axis=1))
 
 
@@ -164,6 +167,13 @@ def ended_at(gaps: Floats, spots: Floats, config: EndConfig, margin_m: float) ->
     aside = np.abs(along_x * spots[:, 2] + along_y * spots[:, 3]) >= dmath.sin(config.aside_deg * DEGREE)
     ends = aside & (beside <= config.beside_m) & (place > margin_m) & (place < length)
     return np.where(ends, place, np.inf)
+
+
+def _behind(gaps: Floats, seen_from: Floats, spots: Floats) -> Bools:
+    """Which spots (s, 4) were heard from behind the lines of gaps (g, 4), not from where these were seen: (g, s)."""
+    gx, gy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
+    side = gx * (seen_from[:, 1:] - gaps[:, 1:2]) - gy * (seen_from[:, :1] - gaps[:, :1])
+    return np.asarray(side * (gx * spots[:, 3] - gy * spots[:, 2]) > 0.0)
 
 
 def _in_line(walls: Pieces, spots: Spots, config: EndConfig) -> Bools:

@@ -187,7 +187,8 @@ class _Drawing:
         crossed = np.abs(cut(paths[:, 2:], strokes, new.strokes) - strokes).max(axis=1, initial=0.0) > config.cell_m
         against = self._witnesses(np.array([newest]), [new], self._driven(np.arange(max(newest - 1, 0), newest)))
         against = replace(against, strokes=strokes)  # also those hide a wall from the newest
-        ended = refuted(gaps, against) | ended_by(gaps, against.spots, config.ends)
+        seen_from = self._places[near[gap_of], :2]
+        ended = refuted(gaps, against) | ended_by(gaps, seen_from, against.spots, config.ends)
         shorter = np.abs(trimmed(paths[:, 2:], strokes, against, config.ends) - strokes).max(axis=1, initial=0.0)
         which = np.concatenate([gap_of[ended], stroke_of[doubtful | crossed | (shorter > config.repaint_along_m)]])
         return [int(k) for k in near[np.unique(which)]]

@@ -237,9 +237,10 @@ def test_where_a_wall_was_heard_through_a_gap_there_is_none(
 
 def test_a_corner_in_a_gap_ends_the_wall_there() -> None:
     gap, config = np.array([[0.0, 1.0, 2.0, 1.0]]), EndConfig()
-    for bearing_deg, place, ended in ((40.0, 1.0, True), (90.0, 1.0, False), (40.0, 1.95, False)):
+    before = np.array([[1.0, 0.0]])
+    for bearing_deg, place, ended in ((40.0, 1.0, True), (90.0, 1.0, False), (40.0, 1.95, False), (-40.0, 1.0, False)):
         sine, cosine = sincos(bearing_deg * DEGREE)
-        assert ended_by(gap, np.array([[place, 1.03, cosine, sine]]), config).tolist() == [ended]
+        assert ended_by(gap, before, np.array([[place, 1.03, cosine, sine]]), config).tolist() == [ended]
 
 
 @pytest.mark.parametrize(
