@@ -75,10 +75,11 @@ def doorway() -> list[StraightWall]:
 def test_a_doorway_seen_last_stays_open_in_a_map_that_is_drawn_anew() -> None:
     before_it_last = [STATIONS[k] for k in (0, 1, 3, 2, 4)]
     steps = list(pipeline.run([scan(doorway(), pose) for pose in before_it_last], RING, PAPER))
-    for late in (drawn(steps, [ORIGIN] * 5), drawn(steps, [*[ORIGIN] * 4, AWAY])):
-        back = AWAY.step_to(ORIGIN) if late.poses[0] != STATIONS[0] else ORIGIN
+    for last in (ORIGIN, AWAY):
+        late, back = drawn(steps, [*[ORIGIN] * 4, last]), last.step_to(ORIGIN)
         middles = [back.compose(Pose((a[0] + a[2]) / 2, (a[1] + a[3]) / 2, 0.0)) for p in late.painted for a in p.gaps]
-        assert not [m for m in middles if 1.3 < m.x < 1.9 and m.y > 0.8]
+        assert middles
+        assert not [middle for middle in middles if 1.3 < middle.x < 1.9 and middle.y > 0.8]
 
 
 def test_a_map_drawn_anew_is_the_one_drawn_there_at_once(steps: list[Step]) -> None:
