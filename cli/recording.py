@@ -17,7 +17,7 @@ from cli.live_line import LiveLine
 from cli.watching import WINDOW
 
 if TYPE_CHECKING:
-    from sonarlog.log import Event
+    from sonarlog.log import Event, Surfaces
     from sonarlog.plan import Plan
     from sonarlog.recorder import Status
     from sonarlog.viz.live import Drawing, LiveView
@@ -79,8 +79,19 @@ def plan_of(settings: dict[str, Any], **who: Any) -> "Plan":
         robot=load_robot(settings["robot"]) if settings["robot"] else None,
         rate=settings["speed"] or 1.0,
         real="://" not in settings["port"] and not settings["sim"] and settings["speed"] is None,
+        surfaces=_surfaces(settings["port"]),
         **who,
     )
+
+
+def _surfaces(port: str) -> "Surfaces | None":
+    """The true ones of a world file at the port. Raises what reading it raises."""
+    if not port.startswith("sim://"):
+        return None
+    from sonarlog.sim.link import parse_url
+    from sonarlog.sim.world import load_world
+
+    return load_world(parse_url(port).world).surfaces()
 
 
 @contextmanager

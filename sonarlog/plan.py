@@ -6,6 +6,7 @@ Must not know: the line, the file, how any of it is done.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from sonarlog.log import Surfaces
 from sonarlog.moves import Mover
 from sonarlog.robot import Robot
 from sonarlog.route import Route
@@ -19,6 +20,7 @@ class Plan:
 
     `mover` makes whoever drives, instead of a route; with `recovers` it sees to stalls and bumps itself. `rate`: how
     much faster than real time a simulator at the port runs; 1 for everything real. `real`: a simulator is refused.
+    `surfaces`: the true ones, where the robot's world is a file; those of our own worlds are known by name.
     """
 
     route: Route | None = None
@@ -29,6 +31,7 @@ class Plan:
     limit_ns: int | None = None
     rate: float = 1.0
     real: bool = False
+    surfaces: Surfaces | None = None
 
     @property
     def drives(self) -> bool:

@@ -236,12 +236,15 @@ class Recorder:
             self._driver = Driver(self._plan.route, self._robot, speed_mm_s=self._plan.speed_mm_s)
 
     def _surfaces(self, identity: Identity) -> None:
-        """The true surfaces, where our own simulator says that it is in a world we have."""
+        """The true surfaces, where they are known or our own simulator says that it is in a world we have."""
         if identity.world is not None and self._identified is None:
             from sonarlog.sim import world
 
-            if world.is_ours(identity.world):
-                self._transcript.surfaces(world.load_world(identity.world).surfaces())
+            surfaces = self._plan.surfaces
+            if surfaces is None and world.is_ours(identity.world):
+                surfaces = world.load_world(identity.world).surfaces()
+            if surfaces is not None:
+                self._transcript.surfaces(surfaces)
 
     def _transmit(self, data: bytes) -> None:
         if data:

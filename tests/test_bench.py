@@ -10,6 +10,7 @@ import pytest
 
 from cli.main import run
 from cli.options import value_of
+from cli.recording import plan_of
 from slam.errors import SlamError
 from sonarlog.bench import pool
 from sonarlog.bench.conditions import CONDITIONS, BadCondition, Condition, conditions_named
@@ -195,6 +196,25 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
     assert run([*line, "--only-table"]) == 0
     assert {path: path.stat().st_mtime_ns for path in Path("out/bench").rglob("room*")} == before
     assert "room.toml" in capsys.readouterr().out
+
+
+def test_a_world_file_is_found_where_it_is_and_its_surfaces_are_known(tmp_path: Path) -> None:
+    names = set()
+    for folder in (tmp_path / "here", tmp_path / "there"):
+        folder.mkdir()
+        (folder / "room.toml").write_text('tour = "scan"' + EXAMPLE)
+        recipe = Case(str(folder / "room.toml"), 1, "plain").recipe()
+        assert recipe.guided
+        names.add(recipe.name())
+        recipe.make(folder / "it.mcap")
+        surfaces = read_log(folder / "it.mcap").surfaces
+        assert surfaces is not None
+        assert surfaces.segments.shape == (4, 4)
+    assert len(names) == 1
+    settings = {"port": f"sim://{tmp_path}/here/room.toml?seed=2", "speed": None, "robot": None, "sim": False}
+    known = plan_of(settings).surfaces
+    assert known is not None
+    assert (known.segments == surfaces.segments).all()
 
 
 def test_conditions_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

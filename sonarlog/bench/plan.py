@@ -55,7 +55,7 @@ class Case:
 
     def recipe(self) -> Recipe:
         """How its recording is made."""
-        return Recipe.of(_world(self.world), self.seed, CONDITIONS[self.condition])
+        return Recipe.of(_world(self.world), self.seed, CONDITIONS[self.condition], self.world)
 
 
 _world = cache(load_world)

@@ -25,7 +25,7 @@ from sonarlog.robot import DEFAULT_ROBOT, Robot, load_robot
 from sonarlog.route import Route, default_route, parse_route
 from sonarlog.sim.amigobot import AmigoBot
 from sonarlog.sim.link import open_sim, parse_url
-from sonarlog.sim.world import RANDOM, World
+from sonarlog.sim.world import World, built_in
 
 FOLLOWED = ("corridor", "bend", "loop")
 """Worlds that `follow` alone sees all of: recorded without a route, as `sonarlog record` does."""
@@ -51,12 +51,12 @@ class Recipe:
     guided: bool
 
     @classmethod
-    def of(cls, world: World, seed: int, condition: Condition) -> "Recipe":
-        """For that world and seed under that condition."""
+    def of(cls, world: World, seed: int, condition: Condition, where: str = "") -> "Recipe":
+        """For that world and seed under that condition; `where`: the path of a world that is a file."""
         robot = condition.robot_file()
         settings = {"seed": str(seed), **condition.settings_of(seed), **({"robot": robot} if robot else {})}
         query = "&".join(f"{key}={quote(value, safe='=,:/')}" for key, value in settings.items())
-        url = f"sim://{quote(world.name, safe=':/')}?{query}"
+        url = f"sim://{quote(where or world.name, safe=':/')}?{query}"
         return cls(world, seed, url, _route(world, condition), robot, _is_guided(world, condition))
 
     def name(self) -> str:
@@ -73,7 +73,7 @@ class Recipe:
         link = open_sim(self.url)
         # A guided route is made as it is driven: an iterator, which is all that a driver asks of a route.
         route = cast(Route, guided(self.route, partial(_where_is, link.robot))) if self.guided else self.route
-        plan = Plan(route, self._robot(), limit_ns=_LONGEST_NS)
+        plan = Plan(route, self._robot(), limit_ns=_LONGEST_NS, surfaces=self.world.surfaces())
         try:
             with RecordingWriter(
                 part, started_wall_ns=0, command_line="sonarlog bench", config={"port": self.url}, lean=True, force=True
@@ -115,9 +115,9 @@ def _guide_digest() -> str:
 
 
 def _is_guided(world: World, condition: Condition) -> bool:
-    """Where `follow` finds the way, nobody needs to; random places' tours come round whatever their odometry does."""
+    """Where `follow` finds the way, nobody needs to; tours of other places than the built-in ones always come round."""
     by_tour = world.tour and (world.name not in FOLLOWED or not condition.scans)
-    return bool(by_tour) and (condition.guided or world.name.startswith(RANDOM))
+    return bool(by_tour) and (condition.guided or world.name not in built_in())
 
 
 def _route(world: World, condition: Condition) -> Route:
