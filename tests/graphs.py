@@ -23,10 +23,11 @@ class Line:
 
 @dataclass(frozen=True)
 class Spot:
-    """A point."""
+    """A point, or a post."""
 
     x: float
     y: float
+    radius: float = 0.0
 
 
 SIGMA = 0.005
@@ -57,7 +58,8 @@ def graph_of(
             off = thing.rho - (cosine * here.x + sine * here.y)
             anchor[k] = (here.x + off * cosine, here.y + off * sine)
             line[k, 0] = thing.alpha
-    point = anchor.copy()
+    radii = [thing.radius if isinstance(thing, Spot) else 0.0 for thing in things]
+    point = np.column_stack([anchor, radii])
     looked = looks(places[sweep], is_point[landmark], line[landmark], point[landmark], anchor[landmark], 0.0)
     count = len(things)
     empty = Graph.empty().with_rows(
@@ -101,7 +103,7 @@ def stretched(graph: Graph) -> Graph:
 
 
 def shaken(graph: Graph, seed: int, by: float = 0.01) -> Graph:
-    """Poses but the first, landmarks and errors off by something normal with this σ (errors: a tenth of it)."""
+    """Poses but the first, landmarks, not their radii, and errors, off by something with this σ (errors: a tenth)."""
     rng = np.random.default_rng(seed)
 
     def off(values: Floats, sigma: float) -> Floats:
@@ -113,6 +115,6 @@ def shaken(graph: Graph, seed: int, by: float = 0.01) -> Graph:
         graph,
         poses=poses,
         line=off(graph.line, by),
-        point=off(graph.point, by),
+        point=np.column_stack([off(graph.point[:, :2], by), graph.point[:, 2]]),
         errors=off(graph.errors, 0.1 * by),
     )

@@ -65,7 +65,26 @@ def test_the_line_and_the_point_are_where_they_are() -> None:
     wall = told(seen_from(WALL_ABOVE, 0.0, 0.8))
     alpha, off = wall.line[0]
     assert (alpha, wall.anchor[0, 1] + off * math.sin(alpha)) == pytest.approx((math.pi / 2, 1.0), abs=1e-5)
-    assert told(seen_from(CORNER, 0.0, 0.8)).point[0] == pytest.approx((0.0, 1.0), abs=1e-5)
+    assert told(seen_from(CORNER, 0.0, 0.8)).point[0] == pytest.approx((0.0, 1.0, 0.0), abs=1e-5)
+
+
+def test_a_post_is_as_thick_as_it_is() -> None:
+    """Seen from all sides its rim is nearer than any point that the lines of sight meet in; from one side who knows."""
+    around = [Pose(math.cos(turn), math.sin(turn), 0.0) for turn in (0.0, 0.8, 1.6, 2.4)]
+    for radius in (0.05, 0.2, 0.4):
+        graph = graph_of(around, [Spot(0.0, 0.0, radius)], [(k, 0) for k in range(4)], told=False)
+        found = told(told(replace(graph, point=graph.point * (1.0, 1.0, 0.0))))
+        assert found.nature.tolist() == [POINT]
+        assert found.point[0] == pytest.approx((0.0, 0.0, radius), abs=2e-3)
+    assert told(seen_from(Spot(3.0, 0.0, 0.2), 0.0, 0.8, 1.6)).point[0, 2] == 0.0
+
+
+def test_what_was_seen_often_keeps_its_radius() -> None:
+    around = [Pose(math.cos(0.1 * k), math.sin(0.1 * k), 0.0) for k in range(41)]
+    for often, radius in ((40, 0.2), (41, 0.0)):
+        graph = graph_of(around[:often], [Spot(0.0, 0.0, 0.2)], [(k, 0) for k in range(often)])
+        found = told(replace(graph, point=graph.point * (1.0, 1.0, 0.0)))
+        assert found.point[0, 2] == pytest.approx(radius, abs=2e-2)
 
 
 def test_what_was_seen_often_keeps_its_nature() -> None:

@@ -60,7 +60,7 @@ def _likeliest(graph: Graph, landmark: int, config: GraphConfig) -> int | None:
     others = np.flatnonzero(may & ~_tried(graph, landmark, count))
     away = np.sqrt(np.minimum(np.abs(graph.seen[others] - graph.seen[landmark]), OLD_SWEEPS).astype(np.float64))
     if graph.nature[landmark] == POINT:
-        off = dmath.hypot(*(graph.point[others] - graph.point[landmark]).T)
+        off = dmath.hypot(*(graph.point[others, :2] - graph.point[landmark, :2]).T)
         near = off <= NEAR_M + AWAY_M * away
     else:
         turned = np.abs(wrap(graph.line[others, 0] - graph.line[landmark, 0]))

@@ -1,4 +1,4 @@
-"""Wall or point: whether a chain's sightings are better explained by one line or by one point.
+"""Wall or point: whether a chain's sightings are better explained by one line or by one point, and how thick that is.
 
 As the robot passes, the foot point on a wall goes with it; a corner, an edge or a pole stays where it is. And what is
 near enough, the sonars of one sweep tell by themselves, for they stand apart (`slam.parallax`).
@@ -19,9 +19,11 @@ from slam.sweep import Ints
 
 BELIEVED = 12.0
 """A sweep's parallax says no more than that, in χ²: its arcs share what is wrong with them."""
-TOLD_BY = 8
-"""What has been seen so often is known."""
+TOLD_BY, MEASURED_BY = 8, 40
+"""What has been seen so often is known: its nature, and its radius."""
 STEPS = 3
+RADIUS_M, WIDEST_M = 0.15, 0.5
+"""A post has no radius, give or take so much, and is never thicker than that."""
 
 
 def believed_parallax(parallax: Floats) -> Floats:
@@ -30,35 +32,57 @@ def believed_parallax(parallax: Floats) -> Floats:
 
 
 def tell_natures(graph: Graph, touched: Ints, config: GraphConfig, *, only_open: bool = False) -> Graph:
-    """The graph with the natures of these landmarks told anew, from the poses as they are.
+    """The graph with the natures and radii of these landmarks told anew, from the poses as they are.
 
-    With `only_open` those whose nature is told already keep it.
+    With `only_open` those whose nature is told already are left as they are.
     """
-    count, is_open = graph.counts()[touched], graph.nature[touched] == OPEN
-    chosen = touched[is_open | ((count <= TOLD_BY) & (not only_open))]
+    count, nature = graph.counts()[touched], graph.nature[touched]
+    may = (nature == OPEN) | (count <= TOLD_BY)
+    chosen = may | ((nature == POINT) & (count <= MEASURED_BY))
+    if only_open:
+        chosen = nature == OPEN
+    may, chosen = may[chosen], touched[chosen]
     if not len(chosen):
         return graph
     mask = np.zeros(len(graph.nature), dtype=bool)
     mask[chosen] = True
     rows = graph.rows_of(mask)
-    fit, cost = _fitted(graph, chosen, rows, config)
+    (lines_fit, points_fit), (as_wall, as_point) = _told_apart(graph, chosen, rows, config)
     size = len(chosen)
     apart = np.bincount(np.searchsorted(chosen, graph.landmark[rows]), weights=graph.parallax[rows], minlength=size)
-    as_wall, as_point = cost[:size] + np.maximum(apart, 0.0), cost[size:] + np.maximum(-apart, 0.0)
+    as_wall, as_point = as_wall + np.maximum(apart, 0.0), as_point + np.maximum(-apart, 0.0)
     told = graph.nature[chosen]
-    told = np.where(as_point - as_wall > config.nature_margin, WALL, told)
-    told = np.where(as_wall - as_point > config.nature_margin, POINT, told)
+    told = np.where(may & (as_point - as_wall > config.nature_margin), WALL, told)
+    told = np.where(may & (as_wall - as_point > config.nature_margin), POINT, told)
     nature, taken = graph.nature.copy(), graph.as_point.copy()
     lines, points = graph.line.copy(), graph.point.copy()
     nature[chosen] = told
     taken[chosen] = (told == POINT) | ((told == OPEN) & (as_point < as_wall))
-    lines[chosen[told != POINT]] = fit[:size][told != POINT]
-    points[chosen[told != WALL]] = fit[size:][told != WALL]
+    lines[chosen[told != POINT]] = lines_fit[told != POINT]
+    points[chosen[told != WALL]] = points_fit[told != WALL]
     return replace(graph, nature=nature, as_point=taken, line=lines, point=points)
 
 
+def _told_apart(
+    graph: Graph, chosen: Ints, rows: Ints, config: GraphConfig
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """The lines (l, 2) and points (l, 3) that explain each landmark's sightings best, and the cost that each leaves.
+
+    A point has a radius only if it explains them much better with one.
+    """
+    size = len(chosen)
+    fit, cost = _fitted(graph, chosen, rows, config)
+    spot, post = cost[size : 2 * size], cost[2 * size :] + config.nature_margin
+    thick = post < spot
+    points = np.where(thick[:, None], fit[2 * size :], fit[size : 2 * size])
+    return (fit[:size, :2], points), (cost[:size], np.where(thick, post, spot))
+
+
 def _fitted(graph: Graph, chosen: Ints, rows: Ints, config: GraphConfig) -> tuple[Floats, Floats]:
-    """What explains each landmark's sightings best: l lines, then l points (2 l, 2), and the cost that each leaves."""
+    """What explains each landmark's sightings best: l lines, l points, l posts (3 l, 3), and the cost that each leaves.
+
+    A post's radius goes out of its equations first.
+    """
     size, count = len(chosen), len(rows)
     place = np.searchsorted(chosen, graph.landmark[rows])
     poses, ring = graph.poses[graph.sweep[rows]], float(graph.errors[RING])
@@ -66,18 +90,35 @@ def _fitted(graph: Graph, chosen: Ints, rows: Ints, config: GraphConfig) -> tupl
     feet = poses[:, :2] + graph.distance[rows][:, None] * np.stack([cosine, sine], axis=1)
     seen = np.bincount(place, minlength=size).astype(np.float64)
     middle = [np.bincount(place, weights=feet[:, a], minlength=size) / seen for a in (0, 1)]
-    fit = np.concatenate([graph.line[chosen], np.stack(middle, axis=1)])
-    # Each sighting twice: once held against the line, once against the point.
-    both, is_point = np.concatenate([place, place + size]), np.arange(2 * count) >= count
-    twice = Sightings.of(graph, np.concatenate([rows, rows]), config.distance_sigma_m)
-    twice = replace(twice, landmark=both, is_point=is_point)
-    share = 9 * both[:, None, None] + np.arange(9).reshape(3, 3)
-    off = np.zeros((2 * count, 2))
-    for _ in range(STEPS):
-        off, _, by_landmark = twice.residuals(graph.poses, fit, fit, ring)
-        shares = np.concatenate([by_landmark, off[:, :, None]], axis=2)
-        shares *= np.sqrt(weights(off, config.kernel))[:, :, None]
-        equations = summed(share, squares(shares), (2 * size, 3, 3))
-        fit = fit + times(inverse(equations[:, :2, :2]), equations[:, :2, 2:])[:, :, 0]
+    lines, none = np.column_stack([graph.line[chosen], np.zeros(size)]), np.zeros(size)
+    points = np.column_stack([*middle, none])
+    known = graph.point[chosen, 2] > 0.0
+    fit = np.concatenate([lines, points, np.where(known[:, None], graph.point[chosen], points)])
+    # Each sighting three times: held against the line, the point and the post.
+    every, kind = np.concatenate([place, place + size, place + 2 * size]), np.repeat(np.arange(3), count)
+    sightings = Sightings.of(graph, np.tile(rows, 3), config.distance_sigma_m)
+    sightings = replace(sightings, landmark=every, is_point=kind > 0)
+    share = 9 * every[:, None, None] + np.arange(9).reshape(3, 3)
+    mine = 3 * every[:, None] + np.arange(3)
+    # At first a post that nobody knows yet listens to all that was seen of it.
+    fresh = (kind == 2) & ~known[np.tile(place, 3)]
+    off = np.zeros((3 * count, 2))
+    for step in range(STEPS):
+        off, _, by_landmark = sightings.residuals(graph.poses, fit, fit, ring)
+        believed = weights(off, config.kernel)
+        if step == 0:
+            believed[fresh] = 1.0
+        shares = np.concatenate([by_landmark, off[:, :, None]], axis=2) * np.sqrt(believed)[:, :, None]
+        equations = summed(share, squares(shares), (3 * size, 3, 3))
+        nearer = np.where(kind == 2, np.sqrt(believed[:, 1]) / config.distance_sigma_m, 0.0)
+        tie = -summed(mine, nearer[:, None] * shares[:, 1], (3 * size, 3))
+        tie[:, 2] -= fit[:, 2] / (RADIUS_M * RADIUS_M)
+        own = summed(every, nearer * nearer, (3 * size,)) + 1.0 / (RADIUS_M * RADIUS_M)
+        equations -= tie[:, :, None] * (tie / own[:, None])[:, None, :]
+        move = times(inverse(equations[:, :2, :2]), equations[:, :2, 2:])[:, :, 0]
+        wider = (tie[:, 2] - (tie[:, 0] * move[:, 0] + tie[:, 1] * move[:, 1])) / own
+        fit = fit + np.column_stack([move, wider])
+        fit[:, 2] = np.clip(fit[:, 2], 0.0, WIDEST_M)
     cost = kernel_cost(off, config.kernel)
-    return fit, summed(both, cost[:, 0] + cost[:, 1], (2 * size,))
+    radius = fit[:, 2] / RADIUS_M
+    return fit, summed(every, cost[:, 0] + cost[:, 1], (3 * size,)) + radius * radius

@@ -20,7 +20,7 @@ OLD_SWEEPS = 40
 
 @dataclass(frozen=True)
 class Near:
-    """The landmarks near by (l,), where they are: `line`, `point`, `anchor` (l, 2).
+    """The landmarks near by (l,), where they are: `line`, `anchor` (l, 2), `point` (l, 3).
 
     Those that may be lines are numbers `as_line` of them, with their `extent` (…, 2); those that may be points
     `as_point`. Lines, then points: `extra` (c, 3) is how much less certain the pose is from where each was seen last.

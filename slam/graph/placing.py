@@ -52,17 +52,18 @@ class Line(NamedTuple):
 
 
 class Point(NamedTuple):
-    """A point in the map."""
+    """A point in the map, and the radius of what stands there."""
 
     x: float
     y: float
+    radius: float
 
     def look(self, x: float, y: float) -> Look:
         """From (x, y)."""
         dx, dy = self.x - x, self.y - y
         far = max(dmath.hypot(dx, dy), 1e-3)
         ux, uy = dx / far, dy / far
-        return Look(dmath.atan2(dy, dx), far, (uy / far, -ux / far), (ux, uy))
+        return Look(dmath.atan2(dy, dx), far - self.radius, (uy / far, -ux / far), (ux, uy))
 
 
 class Sight(NamedTuple):

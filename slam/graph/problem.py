@@ -1,8 +1,8 @@
 """The least-squares problem: which sweep saw which landmark how, and how poses follow one another.
 
-A landmark is what a chain stands for: a line (α, d), d m along its normal from an anchor on it, or a point (x, y). A
-sighting is the bearing and distance of its foot point (of the point itself) from a pose. Landmark number = chain
-number. Must not know: sweeps, sonars, how the problem is solved.
+A landmark is what a chain stands for: a line (α, d), d m along its normal from an anchor on it, or a point (x, y) that
+may have a radius. A sighting is the bearing and distance of its foot point (of the point's rim) from a pose. Landmark
+number = chain number. Must not know: sweeps, sonars, how the problem is solved.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,8 @@ class Graph:
     χ² its sonars say that it is a point; `left`, `right` the
     extent of what was seen, along the tangent from the foot point.
     Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the
-    last sweep), `alive` (m,); `line` (α, d), `point`, `anchor` (m, 2); `extent` (m, 2) along the tangent from the
+    last sweep), `alive` (m,); `line` (α, d) (m, 2), `point` (x, y and the radius
+    of what stands there: 0 of corners) (m, 3), `anchor` (m, 2); `extent` (m, 2) along the tangent from the
     anchor; `tried` (m, 2) with which older one a merge failed last, and how often both had
     been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
     chain, `drawn_as` (k, 2) that chain and its nature.
@@ -74,8 +75,8 @@ class Graph:
         pairs = np.zeros((0, 2))
         return cls(
             np.zeros((0, 3)), np.zeros((0, 5)), whole, whole, whole, none, none, none, none, none, none,
-            whole, whole, whole, whole, pairs, pairs, pairs, pairs, np.zeros((0, 2), dtype=np.int64), np.zeros((0, 4)),
-            np.zeros((0, 2), dtype=np.int64), np.zeros(4), np.array([0.0, 0.01]),
+            whole, whole, whole, whole, pairs, np.zeros((0, 3)), pairs, pairs, np.zeros((0, 2), dtype=np.int64),
+            np.zeros((0, 4)), np.zeros((0, 2), dtype=np.int64), np.zeros(4), np.array([0.0, 0.01]),
         )  # fmt: skip
 
     def with_rows(self, rows: Mapping[str, object]) -> "Graph":
@@ -106,7 +107,7 @@ class Looks:
 
 
 def looks(poses: Floats, is_point: Bools, line: Floats, point: Floats, anchor: Floats, ring: float) -> Looks:
-    """From poses (r, 3) at lines and points (r, 2). A point is at its distance, a line at that of its foot point."""
+    """From poses (r, 3) at lines (r, 2) and points (r, 3): a line's foot point, a point's rim. Radii are as given."""
     ux, uy, bearing, distance, along = _lines(poses, line, anchor)
     by_pose, by_landmark = np.zeros((len(line), 2, 3)), np.zeros((len(line), 2, 2))
     by_landmark[:, 0, 0], by_landmark[:, 1, 0], by_landmark[:, 1, 1] = 1.0, along, 1.0
@@ -115,7 +116,7 @@ def looks(poses: Floats, is_point: Bools, line: Floats, point: Floats, anchor: F
         px, py = point[points, 0] - poses[points, 0], point[points, 1] - poses[points, 1]
         far = np.maximum(dmath.hypot(px, py), 1e-3)
         px_unit, py_unit = px / far, py / far
-        ux[points], uy[points], distance[points] = px_unit, py_unit, far
+        ux[points], uy[points], distance[points] = px_unit, py_unit, far - point[points, 2]
         bearing[points] = dmath.atan2(py, px)
         turn_x, turn_y = py_unit / far, -px_unit / far
         by_pose[points, 0, 0], by_pose[points, 0, 1] = turn_x, turn_y

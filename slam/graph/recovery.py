@@ -71,8 +71,8 @@ def _shifts(near: Near, bearing: Floats, distance: Floats, pose: Floats) -> Floa
     """Shifts (s, 2) that bring walls onto landmarks, the robot being turned as in `pose`."""
     sine, cosine = dmath.sincos(bearing + float(pose[2]))
     points = near.point[near.as_point]
-    ends = pose[:2] + distance[:, None] * np.stack([cosine, sine], axis=1)
-    onto_points = (points[None] - ends[:, None]).reshape(-1, 2)
+    far = (distance[:, None] + points[:, 2])[:, :, None] * np.stack([cosine, sine], axis=1)[:, None]
+    onto_points = (points[None, :, :2] - (pose[:2] + far)).reshape(-1, 2)
     lines, anchor = near.line[near.as_line], near.anchor[near.as_line]
     turned = np.abs(wrap(lines[None, :, 0] - (bearing[:, None] + float(pose[2]))))
     of, line = np.nonzero(turned <= 2.0 * ALIKE_DEG * DEGREE)

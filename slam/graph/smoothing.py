@@ -102,7 +102,7 @@ def _with_sightings(
             "seen": np.full(len(new), sweep),
             "alive": [int(k not in association.postponed) for k in new],
             "line": np.stack([alpha, np.zeros(len(new))], axis=1),
-            "point": feet[new],
+            "point": np.column_stack([feet[new], np.zeros(len(new))]),
             "anchor": feet[new],
             "extent": np.stack([sights.left[new], sights.right[new]], axis=1),
             "tried": np.full((len(new), 2), -1),
@@ -198,10 +198,10 @@ def _mean_off(graph: Graph, rows: Ints, places: tuple[Pose, ...]) -> list[float]
         return [0.0 for _ in places]
     of = graph.landmark[rows]
     sine, cosine = dmath.sincos(graph.line[of, 0])
-    off, (ax, ay), (px, py) = graph.line[of, 1], graph.anchor[of].T, graph.point[of].T
+    off, (ax, ay), (px, py, radius) = graph.line[of, 1], graph.anchor[of].T, graph.point[of].T
     means = []
     for at in places:
         to_line = off - (cosine * (at.x - ax) + sine * (at.y - ay))
-        far = np.where(graph.as_point[of] != 0, dmath.hypot(px - at.x, py - at.y), to_line)
+        far = np.where(graph.as_point[of] != 0, dmath.hypot(px - at.x, py - at.y) - radius, to_line)
         means.append(dmath.mean(np.abs(graph.distance[rows] - far)))
     return means

@@ -151,7 +151,7 @@ def _iterate(at: _Unknowns, problem: _Problem) -> tuple[_Unknowns, float]:
     poses, line, point = at.poses.copy(), at.line.copy(), at.point.copy()
     poses[part.first :] += step[: 3 * count].reshape(-1, 3)
     change = landmarks.steps(step)
-    point[part.landmarks[problem.points]] += change[problem.points]
+    point[part.landmarks[problem.points], :2] += change[problem.points]
     line[part.landmarks[problem.lines]] += change[problem.lines]
     return _Unknowns(poses, line, point, at.errors + step[3 * count :]), float(np.abs(step).max())
 
