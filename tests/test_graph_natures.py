@@ -11,7 +11,7 @@ from slam.geometry import Pose
 from slam.graph.config import GraphConfig
 from slam.graph.natures import tell_natures
 from slam.graph.problem import Graph
-from tests.graphs import Line, Spot, graph_of
+from tests.graphs import SIGMA, Line, Spot, graph_of
 
 CONFIG = GraphConfig()
 WALL_ABOVE, CORNER = Line(math.pi / 2, 1.0), Spot(0.0, 1.0)
@@ -77,6 +77,18 @@ def test_a_post_is_as_thick_as_it_is() -> None:
         assert found.nature.tolist() == [POINT]
         assert found.point[0] == pytest.approx((0.0, 0.0, radius), abs=2e-3)
     assert told(seen_from(Spot(3.0, 0.0, 0.2), 0.0, 0.8, 1.6)).point[0, 2] == 0.0
+
+
+def test_noise_makes_no_corner_thick() -> None:
+    around = [Pose(math.cos(turn), math.sin(turn), 0.0) for turn in np.linspace(0.0, 2.0, 6)]
+    clean = graph_of(around, [Spot(0.0, 0.0)], [(k, 0) for k in range(6)], told=False)
+    thick = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        bearing = clean.bearing + rng.normal(0.0, SIGMA, 6)
+        distance = clean.distance + rng.normal(0.0, CONFIG.distance_sigma_m, 6)
+        thick += bool(told(replace(clean, bearing=bearing, distance=distance)).point[0, 2] > 0.0)
+    assert thick <= 1
 
 
 def test_what_was_seen_often_keeps_its_radius() -> None:

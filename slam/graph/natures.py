@@ -68,11 +68,12 @@ def _told_apart(
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """The lines (l, 2) and points (l, 3) that explain each landmark's sightings best, and the cost that each leaves.
 
-    A point has a radius only if it explains them much better with one.
+    A point has a radius only if it explains them better with one: half the margin, for a path that was bent round it
+    as if it had none hides it more and more.
     """
     size = len(chosen)
     fit, cost = _fitted(graph, chosen, rows, config)
-    spot, post = cost[size : 2 * size], cost[2 * size :] + config.nature_margin
+    spot, post = cost[size : 2 * size], cost[2 * size :] + 0.5 * config.nature_margin
     thick = post < spot
     points = np.where(thick[:, None], fit[2 * size :], fit[size : 2 * size])
     return (fit[:size, :2], points), (cost[:size], np.where(thick, post, spot))
