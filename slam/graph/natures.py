@@ -100,7 +100,7 @@ def _fitted(graph: Graph, chosen: Ints, rows: Ints, config: GraphConfig) -> tupl
     sightings = Sightings.of(graph, np.tile(rows, 3), config.distance_sigma_m)
     sightings = replace(sightings, landmark=every, is_point=kind > 0)
     share = 9 * every[:, None, None] + np.arange(9).reshape(3, 3)
-    mine = 3 * every[:, None] + np.arange(3)
+    mine = 3 * place[:, None] + np.arange(3)
     # At first a post that nobody knows yet listens to all that was seen of it.
     fresh = (kind == 2) & ~known[np.tile(place, 3)]
     off = np.zeros((3 * count, 2))
@@ -111,15 +111,16 @@ def _fitted(graph: Graph, chosen: Ints, rows: Ints, config: GraphConfig) -> tupl
             believed[fresh] = 1.0
         shares = np.concatenate([by_landmark, off[:, :, None]], axis=2) * np.sqrt(believed)[:, :, None]
         equations = summed(share, squares(shares), (3 * size, 3, 3))
-        nearer = np.where(kind == 2, np.sqrt(believed[:, 1]) / config.distance_sigma_m, 0.0)
-        tie = -summed(mine, nearer[:, None] * shares[:, 1], (3 * size, 3))
-        tie[:, 2] -= fit[:, 2] / (RADIUS_M * RADIUS_M)
-        own = summed(every, nearer * nearer, (3 * size,)) + 1.0 / (RADIUS_M * RADIUS_M)
-        equations -= tie[:, :, None] * (tie / own[:, None])[:, None, :]
+        nearer = np.sqrt(believed[2 * count :, 1]) / config.distance_sigma_m
+        tie = -summed(mine, nearer[:, None] * shares[2 * count :, 1], (size, 3))
+        tie[:, 2] -= fit[2 * size :, 2] / (RADIUS_M * RADIUS_M)
+        own = summed(place, nearer * nearer, (size,)) + 1.0 / (RADIUS_M * RADIUS_M)
+        equations[2 * size :] -= tie[:, :, None] * (tie / own[:, None])[:, None, :]
         move = times(inverse(equations[:, :2, :2]), equations[:, :2, 2:])[:, :, 0]
-        wider = (tie[:, 2] - (tie[:, 0] * move[:, 0] + tie[:, 1] * move[:, 1])) / own
-        fit = fit + np.column_stack([move, wider])
-        fit[:, 2] = np.clip(fit[:, 2], 0.0, WIDEST_M)
+        of_posts = move[2 * size :]
+        wider = (tie[:, 2] - (tie[:, 0] * of_posts[:, 0] + tie[:, 1] * of_posts[:, 1])) / own
+        fit[:, :2] += move
+        fit[2 * size :, 2] = np.clip(fit[2 * size :, 2] + wider, 0.0, WIDEST_M)
     cost = kernel_cost(off, config.kernel)
     radius = fit[:, 2] / RADIUS_M
     return fit, summed(every, cost[:, 0] + cost[:, 1], (3 * size,)) + radius * radius
