@@ -20,6 +20,7 @@ class AssociationConfig:
     """The paper's thresholds: distance d1, gap d2, angle a1; and when a feature's nature is told by parallax.
 
     `tell_points = false` takes every feature for the wall that one sweep alone would make of it, as the paper does.
+    From `parallax_chi2` on the sonars of one sweep tell it by themselves.
     """
 
     d1_m: float = 0.20
@@ -28,6 +29,7 @@ class AssociationConfig:
     tell_points: bool = True
     parallax_m: float = 0.15
     parallax_of_distance: float = 0.04
+    parallax_chi2: float = 10.0
 
 
 OPEN, WALL, POINT = 0, 1, 2
@@ -202,6 +204,13 @@ def nature_of(
     followed = float(cosine[best]) * (spot[1] - was[1]) - float(sine[best]) * (spot[0] - was[0])
     along = float(moved[best])
     return WALL if abs(followed - along) < 0.5 * abs(along) else POINT
+
+
+def nature_alone(wall: Wall, config: AssociationConfig) -> int:
+    """Wall or point by the parallax between the sonars of its own sweep; OPEN where that is too little to tell."""
+    if not config.tell_points or abs(wall.parallax) < config.parallax_chi2:
+        return OPEN
+    return POINT if wall.parallax > 0.0 else WALL
 
 
 def foot(wall: Segment, station: Pose) -> tuple[float, float]:

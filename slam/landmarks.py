@@ -25,7 +25,7 @@ class LandmarkConfig:
     """
 
     along_m: float = 0.02
-    heading_deg: float = 1.0
+    heading_deg: float = 0.6
     post_m: float = 0.15
 
 

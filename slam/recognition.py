@@ -22,6 +22,7 @@ from slam.association import (
     end_gap,
     foot,
     mean_distance,
+    nature_alone,
     nature_of,
     overlapping,
 )
@@ -29,6 +30,20 @@ from slam.dmath import DEGREE
 from slam.features import Wall
 from slam.geometry import Pose, Segment, wrap
 from slam.landmarks import Landmarks, Line
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Wall `number` of the sweep as it lies at the predicted pose, its bearing good to `sigma` rad.
+
+    `alone` is what its own sweep tells of its nature.
+    """
+
+    number: int
+    wall: Segment
+    sigma: float
+    alone: int
+
 
 REACH_M = 1.0
 """Farther from a wall's middle no point can be what answers there."""
@@ -55,11 +70,15 @@ def recognise(
     Odometry is seldom off by as much as the thresholds allow, so narrower ones come first. A robot that was pushed
     leaves them without a link, or with few where the wider ones link nearly all.
     """
-    placed, sigmas = tuple(wall.segment.moved(predicted) for wall in walls), [wall.sigma for wall in walls]
+    placed = tuple(wall.segment.moved(predicted) for wall in walls)
+    sights = [
+        Sight(k, segment, wall.sigma, nature_alone(wall, thresholds))
+        for k, (wall, segment) in enumerate(zip(walls, placed, strict=True))
+    ]
     narrow = replace(thresholds, d1_m=min(config.d1_m, thresholds.d1_m), a1_deg=min(config.a1_deg, thresholds.a1_deg))
-    links = _links(placed, sigmas, landmarks, predicted, narrow)
+    links = _links(sights, landmarks, predicted, narrow)
     if len(links) < len(walls):
-        wider = _links(placed, sigmas, landmarks, predicted, thresholds)
+        wider = _links(sights, landmarks, predicted, thresholds)
         if len(wider) > len(links) and (not links or len(wider) >= config.explained * len(walls)):
             links = wider
     linked = {link.wall for link in links}
@@ -67,14 +86,12 @@ def recognise(
     return Association(tuple(links), unlinked, placed, pose=predicted)
 
 
-def _links(
-    placed: tuple[Segment, ...], sigmas: list[float], landmarks: Landmarks, here: Pose, thresholds: AssociationConfig
-) -> list[Link]:
+def _links(sights: list[Sight], landmarks: Landmarks, here: Pose, thresholds: AssociationConfig) -> list[Link]:
     chains, links = landmarks.chains, []
-    for k, wall in enumerate(placed):
-        looks = _as_walls(k, wall, chains, thresholds)
+    for sight in sights:
+        looks = _as_walls(sight, chains, thresholds)
         if thresholds.tell_points:
-            looks += [_as_point(k, wall, chain, landmarks, here) for chain in _near(wall, chains)]
+            looks += [_as_point(sight, chain, landmarks, here) for chain in _near(sight.wall, chains)]
         looks = [
             look
             for look in looks
@@ -85,12 +102,13 @@ def _links(
         if looks:
             nearest = min(looks, key=lambda look: (look.d1, look.chain))
             of_chain = [look for look in looks if look.chain == nearest.chain]
-            links.append(_settled(of_chain, wall, sigmas[k], landmarks, here, thresholds))
+            links.append(_settled(of_chain, sight, landmarks, here, thresholds))
     return [link for link in links if link is not None]
 
 
-def _as_walls(k: int, wall: Segment, chains: Chains, thresholds: AssociationConfig) -> list[Link]:
+def _as_walls(sight: Sight, chains: Chains, thresholds: AssociationConfig) -> list[Link]:
     """To each chain with a member that the wall overlaps or goes on: the nearest of these."""
+    wall = sight.wall
     a1 = np.abs(wrap(wall.alpha - chains.table[:, 0]))
     alike = np.flatnonzero(a1 <= thresholds.a1_deg * DEGREE)
     rows = chains.table[alike]
@@ -103,7 +121,7 @@ def _as_walls(k: int, wall: Segment, chains: Chains, thresholds: AssociationConf
     for row in np.flatnonzero(gap <= thresholds.d2_m).tolist():
         chain, member = int(rows[row, 6]), int(alike[near[row]])
         if chain not in best or float(d1[row]) < best[chain].d1:
-            best[chain] = Link(k, chain, member, float(d1[row]), float(a1[member]), float(gap[row]), WALL)
+            best[chain] = Link(sight.number, chain, member, float(d1[row]), float(a1[member]), float(gap[row]), WALL)
     return list(best.values())
 
 
@@ -116,10 +134,10 @@ def _near(wall: Segment, chains: Chains) -> list[int]:
     return [int(chain) for chain in np.unique(table[near, 6]).tolist()]
 
 
-def _as_point(k: int, wall: Segment, chain: int, landmarks: Landmarks, here: Pose) -> Link:
+def _as_point(sight: Sight, chain: int, landmarks: Landmarks, here: Pose) -> Link:
     line = landmarks.point(chain, here)
     newest = int(np.flatnonzero(landmarks.chains.table[:, 6] == chain)[-1])
-    return Link(k, chain, newest, *_off(wall, line), 0.0, POINT)
+    return Link(sight.number, chain, newest, *_off(sight.wall, line), 0.0, POINT)
 
 
 def _off(wall: Segment, line: Line) -> tuple[float, float]:
@@ -130,12 +148,11 @@ def _off(wall: Segment, line: Line) -> tuple[float, float]:
 
 
 def _settled(
-    looks: list[Link], wall: Segment, sigma: float, landmarks: Landmarks, here: Pose, thresholds: AssociationConfig
+    looks: list[Link], sight: Sight, landmarks: Landmarks, here: Pose, thresholds: AssociationConfig
 ) -> Link | None:
     """The link with its nature; None where parallax speaks against what the chain is, or its line does."""
-    chain = looks[0].chain
-    members, before = landmarks.chains.of(chain), landmarks.nature(chain)
-    nature = nature_of(wall, here, members, landmarks.poses, thresholds, sigma) if thresholds.tell_points else WALL
+    chain, wall = looks[0].chain, sight.wall
+    before, nature = landmarks.nature(chain), _nature(sight, chain, landmarks, here, thresholds)
     if OPEN not in (nature, before) and nature != before:
         return None
     nature = nature or before
@@ -143,3 +160,11 @@ def _settled(
     on_line = d1 <= thresholds.d1_m and a1 <= thresholds.a1_deg * DEGREE
     fitting = [look for look in looks if nature in (OPEN, look.nature) and (look.nature == POINT or on_line)]
     return replace(min(fitting, key=lambda look: look.d1), nature=nature) if fitting else None
+
+
+def _nature(sight: Sight, chain: int, landmarks: Landmarks, here: Pose, thresholds: AssociationConfig) -> int:
+    """By parallax from sweep to sweep and within this one; OPEN where they disagree, or none tells."""
+    if not thresholds.tell_points:
+        return WALL
+    told = nature_of(sight.wall, here, landmarks.chains.of(chain), landmarks.poses, thresholds, sight.sigma)
+    return OPEN if OPEN not in (told, sight.alone) and told != sight.alone else told or sight.alone

@@ -32,7 +32,7 @@ class WeighingConfig:
     the wheels is learnt.
     """
 
-    bearing_sigma_deg: float = 0.7
+    bearing_sigma_deg: float = 0.5
     distance_sigma_m: float = 0.015
     position_sigma_m: float = 0.03
     turn_sigma_deg: float = 1.0

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from slam.algorithms import algorithm
-from slam.association import POINT, WALL, Association, AssociationConfig, Chains, Link, Member
+from slam.association import OPEN, POINT, WALL, Association, AssociationConfig, Chains, Link, Member
 from slam.dmath import DEGREE
 from slam.features import Wall
 from slam.geometry import ORIGIN, Pose, Segment, segment
@@ -79,6 +79,23 @@ def test_a_point_is_recognised_from_where_its_foot_would_have_left_it_as_a_wall(
     landmarks = Landmarks(chains, stations, LandmarkConfig())
     found = recognise((wall,), landmarks, here, AssociationConfig(), RecognitionConfig())
     assert [(link.chain, link.nature) for link in found.links] == [(0, POINT)]
+
+
+@pytest.mark.parametrize(
+    ("driven", "parallax", "nature"),
+    [
+        (0.1, 0.0, OPEN),  # too near to where it was seen first
+        (0.1, 11.0, POINT),
+        (0.1, -11.0, WALL),
+        (0.5, 0.0, WALL),
+        (0.5, 11.0, OPEN),  # the robot's way says wall, its sonars say point
+    ],
+)
+def test_what_moved_too_little_is_told_by_the_sonars_of_one_sweep(driven: float, parallax: float, nature: int) -> None:
+    here = Pose(driven, 0.0, 0.0)
+    landmarks = Landmarks(Chains().joined([(None, OPEN, LEFT)], 0), (ORIGIN,), LandmarkConfig())
+    found = recognise((Wall(0, LEFT, parallax=parallax),), landmarks, here, AssociationConfig(), RecognitionConfig())
+    assert [(link.chain, link.nature) for link in found.links] == [(0, nature)]
 
 
 def test_who_fits_a_member_but_not_the_line_does_not_join() -> None:
