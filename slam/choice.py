@@ -60,10 +60,20 @@ class Bar:
     def least(self, length_m: Floats) -> Floats:
         """The m² at least for ways so long."""
         config = self.config
+        mapped = self.scans / config.picky_scans
         if self.last:
-            return np.minimum(config.min_gain_m2 + config.far_gain_m2 * length_m, config.far_enough_m2)
-        picky = max(1.0, self.scans / config.picky_scans)
-        return np.minimum(config.min_gain_m2 + picky * config.more_gain_m2 * length_m, config.enough_gain_m2)
+            least = np.minimum(config.min_gain_m2 + config.near_gain_m2 * length_m, self.enough)
+            whole = config.min_gain_m2 + config.far_gain_m2 * length_m
+            long = (length_m > config.far_m * self.scans) & (mapped > 1.0)
+            return np.where(long, np.maximum(least, np.minimum(whole, config.enough_gain_m2)), least)
+        more = config.more_gain_m2 * max(1.0, mapped)
+        return np.minimum(config.min_gain_m2 + more * length_m, config.enough_gain_m2)
+
+    @property
+    def enough(self) -> float:
+        """The m² that are enough in the end for any way that is not too long for what was driven."""
+        config = self.config
+        return min(config.far_enough_m2 * max(1.0, self.scans / config.weary_scans), config.far_most_m2)
 
     def worth(self, prospects: Prospects) -> Floats:
         """What each place is worth before the way to it: what it would show, less where the way was in vain before."""
@@ -71,8 +81,9 @@ class Bar:
         worth = shown(prospects, config)
         if self.last:
             wide = (prospects.gains >= config.wide_m2) & (prospects.away >= 0.75 * config.apart_m)
-            worth = np.where(prospects.away >= 1.5 * config.apart_m, worth, 0.0)
-            worth = np.where(wide, np.maximum(worth, config.far_enough_m2), worth)
+            far = prospects.away >= 1.5 * config.apart_m
+            worth = np.where(far, worth, 0.0)
+            worth = np.where(wide, np.maximum(worth, np.where(far, config.far_enough_m2, self.enough)), worth)
         for each in self.known.vain:
             near = _metres(places, np.array([each.x, each.y])) < config.vain_m
             for _ in range(each.times):

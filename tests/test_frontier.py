@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slam.choice import Bar
 from slam.frontier import next_goal
 from slam.frontier_config import FrontierConfig
 from slam.geometry import ORIGIN, Bools, Pose
 from slam.grid import Grid, Patch
 from slam.intent import PATIENCE, Intent
+from slam.prospects import Prospects
 from slam.regions import Ranks, ranks_of
 from slam.terrain import ground_of, heard_cells, heard_from, room_to_stand, spare_cells
 from slam.views import views_of
@@ -99,3 +101,25 @@ def test_what_stands_in_the_way_is_counted_though_it_was_forgiven() -> None:
         assert [block.times for block in known.blocks] == [sweep + 1]
         known = known.forgiving()
     assert known.blocks
+
+
+def test_in_the_end_a_long_way_must_show_more_than_a_short_one_but_less_early() -> None:
+    lengths = np.array([1.0, 2.0, 12.0])
+    early, middle, late = (Bar(CONFIG, Intent(), scans, last=True).least(lengths) for scans in (10, 36, 90))
+    for scans, least in ((10, early), (36, middle), (90, late)):
+        assert (np.diff(least) > 0.0).all()
+        assert least[0] < 0.4
+        assert (least < Bar(CONFIG, Intent(), scans).least(lengths)).all()
+    assert (early <= middle).all()
+    assert CONFIG.far_enough_m2 < late[2] < CONFIG.far_most_m2
+    assert middle[2] > 1.0  # half of what it has driven so far
+
+
+def test_in_the_end_what_is_wide_counts_half_a_metre_off_a_scan_and_what_is_not_a_metre_off() -> None:
+    gains, away = np.array([1.0, 0.4, 0.4, 1.0]), np.array([0.9, 0.9, 1.0, 0.4])
+    whole = np.full(4, 2)
+    prospects = Prospects(np.full((4, 2), 3.0), np.zeros((4, 2)), whole, gains, whole, away)
+    worth = Bar(CONFIG, Intent(), 40, last=True).worth(prospects)
+    assert worth.tolist() == [CONFIG.far_enough_m2, 0.0, 0.4, 0.0]
+    late = Bar(CONFIG, Intent(), 90, last=True)
+    assert late.worth(prospects)[0] == late.enough > CONFIG.far_enough_m2
