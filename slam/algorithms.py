@@ -63,7 +63,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "paper",
-            3,
+            4,
             "the paper's blocks, but only strong RCDs are walls, points are told from walls, corrections are weighed",
             chaining.recognise_chains,
             chaining.localise_by_weight,
@@ -75,7 +75,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "graph",
-            3,
+            4,
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
             match,
             smooth,

@@ -148,10 +148,14 @@ class _Drawing:
         self.renew([number])
 
     def renew(self, sweeps: Sequence[int]) -> None:
-        """Take these sweeps off the map and draw them, one after the other, then what each shows to be drawn wrong."""
+        """Take these sweeps off the map and draw them, one after the other, then what each shows to be drawn wrong.
+
+        These are as true as they were and speak against one another: each is drawn with all others on the map.
+        """
         self._redraw(sweeps)
         for k in sweeps:
-            self._redraw(self._stirred(k))
+            for stirred in self._stirred(k):
+                self._redraw([stirred])
 
     def _redraw(self, sweeps: Sequence[int]) -> None:
         self._take_off(sweeps)

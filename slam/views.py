@@ -31,6 +31,9 @@ ASIDE = 3
 BESIDE_M, PART = 0.28, 3
 """So near to what is occupied there is no way on for the robot: what is seen past it is worth a part."""
 
+ON_STEPS = 10
+"""So many steps farther what is unknown is taken to go on where the robot itself could: a door leads somewhere."""
+
 SCALE = 1024
 LEFT = tuple(int(SCALE * part) for part in np.cumprod([1.0] + [0.8] * 24).tolist())
 """How much of a cell's unknown is left after so many looks, of SCALE."""
@@ -112,7 +115,10 @@ def _seen(rows: Ints, columns: Ints, away: Floats, ranks: Ranks, stations: Float
     cells = ((rows - bottom)[:, None, None] + dr) * shape[1] + ((columns - left)[:, None, None] + dc)
     clear = ~np.logical_or.accumulate(solid.reshape(-1)[cells], axis=2)
     through = np.where(np.logical_or.accumulate(tight.reshape(-1)[cells], axis=2), 1, PART)
-    shown = (worth.reshape(-1)[cells] * area * clear * through).reshape(len(rows), RAYS * STEPS)
+    hidden = worth.reshape(-1)[cells]
+    shown = (hidden * area * clear * through).reshape(len(rows), RAYS * STEPS)
+    on = np.where(clear[:, :, -1] & (through[:, :, -1] == PART), hidden[:, :, -1] * PART, 0)
+    shown = np.concatenate([shown, on * sum(range(STEPS + 1, STEPS + ON_STEPS + 1))], axis=1)
     gains = np.asarray(np.cumsum(shown, axis=1)[:, -1] * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0 / PART))
     return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)), away)
 

@@ -92,6 +92,25 @@ def test_walls_are_seen_squarely_from_no_way_from_one_and_from_two() -> None:
     assert found == [0, 1, 2]
 
 
+@pytest.mark.parametrize(
+    ("width_m", "behind_m", "least", "most"),
+    [(1.0, 9.0, 0.7, 1.6), (1.0, 0.6, 0.1, 0.35), (0.4, 9.0, 0.0, 0.3)],
+    ids=["door", "niche", "slit"],
+)
+def test_a_door_leads_somewhere_and_a_niche_and_a_slit_do_not(
+    width_m: float, behind_m: float, least: float, most: float
+) -> None:
+    y, x = ((np.indices((200, 200)) - 100) + 0.5) * 0.05
+    front = (x > 0.5) & (x < 0.6) & (np.abs(y) > width_m / 2)
+    back = (x > 0.5 + behind_m) & (x < 0.7 + behind_m)
+    sides = (x > 0.5) & (x < 0.7 + behind_m) & (np.abs(np.abs(y) - width_m / 2 - 0.05) < 0.05)
+    occupied = front | back | (sides & (behind_m < 2.0))
+    ranks = seen(grid_of((x < 0.5) & ~occupied, occupied))
+    place = (np.array([-ranks.bottom]), np.array([-ranks.left]))
+    views = views_of(ranks, place, (place[0], place[1] + 10), np.zeros((0, 2)), 0.3)
+    assert least <= float(views.gains[0]) <= most
+
+
 def test_what_stands_in_the_way_is_counted_though_it_was_forgiven() -> None:
     leg = np.column_stack([np.linspace(0.0, 1.0, 21), np.zeros(21)])
     known = Intent()

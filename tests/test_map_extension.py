@@ -14,7 +14,7 @@ from slam.evidence import Evidence, Layer, cropped, patch_between
 from slam.geometry import ORIGIN, Pose, Segment, through
 from slam.grid import LIMIT, Grid
 from slam.links import EndConfig, Spots, chain_gaps, end_gaps, ended_by, heard_through
-from slam.map_extension import Map, extend_map
+from slam.map_extension import Map, Painted, _Drawing, extend_map
 from slam.pieces import Pieces
 from slam.pipeline import Step
 from slam.reach import Witnesses, trimmed
@@ -80,6 +80,25 @@ def test_a_doorway_seen_last_stays_open_in_a_map_that_is_drawn_anew() -> None:
         middles = [back.compose(Pose((a[0] + a[2]) / 2, (a[1] + a[3]) / 2, 0.0)) for p in late.painted for a in p.gaps]
         assert middles
         assert not [middle for middle in middles if 1.3 < middle.x < 1.9 and middle.y > 0.8]
+
+
+def test_what_one_sweep_stirs_is_drawn_with_all_others_on_the_map() -> None:
+    """Those that fill a gap and those that refute it may be stirred together; one without the other would fill it."""
+    steps = list(pipeline.run([scan(doorway(), STATIONS[k]) for k in (0, 1, 3, 2, 4)], RING, PAPER))
+    late = drawn(steps, [ORIGIN] * 5)
+    chains, poses = moved(steps, ORIGIN, 4)
+    drawing = _Drawing(late, poses, chains.members, CONFIG)
+    shown: list[int] = []
+    paint = drawing._paint
+
+    def counted(k: int) -> Painted:
+        shown.append(int(drawing._shown.sum()))
+        return paint(k)
+
+    drawing._paint = counted  # type: ignore[method-assign]
+    drawing._stirred = lambda newest: [k for k in range(5) if k != newest]  # type: ignore[method-assign]
+    drawing.renew([4])
+    assert shown == [4] * 5
 
 
 def test_a_map_drawn_anew_is_the_one_drawn_there_at_once(steps: list[Step]) -> None:
