@@ -43,7 +43,7 @@ ALGORITHMS = {
     for algorithm in (
         Algorithm(
             "odometry",
-            3,
+            4,
             "no correction: the robot's own dead reckoning (the paper's figures 8 and 11)",
             chaining.associate_chains,
             chaining.localise_by(keep_prediction),
@@ -51,7 +51,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "literal",
-            3,
+            4,
             "the paper to the letter: every RCD of wall kind, strict minimum over the window",
             chaining.associate_chains,
             chaining.localise_by(search),

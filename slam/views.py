@@ -118,7 +118,8 @@ def _seen(rows: Ints, columns: Ints, away: Floats, ranks: Ranks, stations: Float
     hidden = worth.reshape(-1)[cells]
     shown = (hidden * area * clear * through).reshape(len(rows), RAYS * STEPS)
     on = np.where(clear[:, :, -1] & (through[:, :, -1] == PART), hidden[:, :, -1] * PART, 0)
-    shown = np.concatenate([shown, on * sum(range(STEPS + 1, STEPS + ON_STEPS + 1))], axis=1)
+    # The steps beyond have areas like 16, 17 … 25 of those before.
+    shown = np.concatenate([shown, on * (ON_STEPS * (2 * STEPS + ON_STEPS + 1) // 2)], axis=1)
     gains = np.asarray(np.cumsum(shown, axis=1)[:, -1] * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0 / PART))
     return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)), away)
 
