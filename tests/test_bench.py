@@ -214,6 +214,7 @@ def test_a_world_file_is_found_where_it_is_and_its_surfaces_are_known(tmp_path: 
     settings = {"port": f"sim://{tmp_path}/here/room.toml?seed=2", "speed": None, "robot": None, "sim": False}
     known = plan_of(settings).surfaces
     assert known is not None
+    assert surfaces is not None
     assert (known.segments == surfaces.segments).all()
 
 
