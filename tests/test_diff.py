@@ -14,6 +14,7 @@ from slam.geometry import Pose
 from slam.grid import Cells, Grid, Patch
 from slam.sweep import Sweep
 from sonarlog.diff import NotComparable, Report, cell_changes, diff_runs
+from sonarlog.diff.decisions import decided
 from sonarlog.runs import read_run
 from tests.made_runs import drifting, made_run
 from tests.synthetic import corridor, scan
@@ -206,3 +207,12 @@ def test_everything_is_written_beside(paper: Path, odometry: Path, tmp_path: Pat
 def test_exit_codes(arguments: list[str], code: int, paper: Path, odometry: Path) -> None:
     paths = {"paper": str(paper), "odometry": str(odometry)}
     assert run_command(["diff", *(paths.get(a, a) if k < 2 else a for k, a in enumerate(arguments))]) == code
+
+
+def test_walls_that_join_the_same_chains_are_told_by_how_far_off_these_they_are() -> None:
+    alike, here, there = (
+        {"joined": 0, "chain": chain, "d1": d1, "a1": 0.01, "gap": 0.0}
+        for chain, d1 in ((4, 0.002), (2, 0.014), (2, 0.005))
+    )
+    said = decided("E", ({"walls": [alike, here]}, {"walls": [alike, there]}), (None, None), (), 0.05)
+    assert said == ("finds wall 1 off chain 2 by d1 1.4 cm, a1 0.6°", "finds wall 1 off chain 2 by d1 0.5 cm, a1 0.6°")

@@ -33,6 +33,8 @@ def decided(
         tellers.append((_TOLD[block], outputs))
     if block == "H" and outputs[0] is not None and outputs[1] is not None:
         tellers.append((lambda a, b: _evidence(a, b, cell_m), outputs))
+    if block == "E":
+        tellers.append((_distances, steps))
     tellers.append((lambda a, b: _lines(block, a, b), steps))
     for tell, values in tellers:
         try:
@@ -132,6 +134,19 @@ def _natures(a: Values, b: Values) -> Said | None:
         if one != other:
             return f"takes wall {wall} for {_nature(one)}", f"takes wall {wall} for {_nature(other)}"
     return None
+
+
+def _distances(a: Values, b: Values) -> Said | None:
+    """E: the first wall that lies otherwise to the chain which it joins in both."""
+    for k, (mine, yours) in enumerate(zip(a["walls"], b["walls"], strict=False)):
+        if None not in (mine["joined"], yours["joined"]) and _distance(k, mine) != _distance(k, yours):
+            return _distance(k, mine), _distance(k, yours)
+    return None
+
+
+def _distance(number: int, wall: Values) -> str:
+    off = f"d1 {100 * wall['d1']:.1f} cm, a1 {np.degrees(wall['a1']):.1f}°"
+    return f"finds wall {number} off chain {wall['chain']} by {off}"
 
 
 def _nature(number: int) -> str:
