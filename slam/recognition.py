@@ -31,6 +31,9 @@ from slam.features import Wall
 from slam.geometry import Pose, Segment, wrap
 from slam.landmarks import Landmarks, Line
 
+REACH_M = 1.0
+"""Farther from a wall's middle no point can be what answers there."""
+
 
 @dataclass(frozen=True)
 class Sight:
@@ -43,10 +46,6 @@ class Sight:
     wall: Segment
     sigma: float
     alone: int
-
-
-REACH_M = 1.0
-"""Farther from a wall's middle no point can be what answers there."""
 
 
 @dataclass(frozen=True)
@@ -167,4 +166,6 @@ def _nature(sight: Sight, chain: int, landmarks: Landmarks, here: Pose, threshol
     if not thresholds.tell_points:
         return WALL
     told = nature_of(sight.wall, here, landmarks.chains.of(chain), landmarks.poses, thresholds, sight.sigma)
-    return OPEN if OPEN not in (told, sight.alone) and told != sight.alone else told or sight.alone
+    if OPEN in (told, sight.alone):
+        return told or sight.alone
+    return told if told == sight.alone else OPEN
