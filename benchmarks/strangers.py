@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from slam.algorithms import ALGORITHMS
 from sonarlog.bench.conduct import Bench
 from sonarlog.bench.plan import Contender, Plan, numbers_of
 from sonarlog.bench.results import Group, Results
@@ -124,6 +125,10 @@ def main() -> None:
     parser.add_argument("--algorithms", default="paper,graph")
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args()
+    if not any(name.startswith(tuple(given.places.split(","))) for name in PLACES | ROBOTS):
+        parser.error(f"no place begins like {given.places!r}; there are {', '.join(PLACES | ROBOTS)}")
+    if unknown := [name for name in given.algorithms.split(",") if name not in ALGORITHMS]:
+        parser.error(f"no algorithm {unknown[0]!r}; there are {', '.join(ALGORITHMS)}")
     (given.folder / "worlds").mkdir(parents=True, exist_ok=True)
     contenders = tuple(Contender(name, name) for name in given.algorithms.split(","))
     paths = " | ".join(f"`{each.label}`: of raw odometry | cm" for each in contenders)
