@@ -157,7 +157,7 @@ def ended_by(gaps: Floats, seen_from: Floats, spots: Floats, config: EndConfig, 
 def ended_at(gaps: Floats, spots: Floats, config: EndConfig, margin_m: float) -> Floats:
     """How far along each gap (g, 4) each spot (s, 4) would have ended a wall: (g, s) m, infinite where it would not.
 
-    Nothing ends it so near its beginning as the margin.
+    Nothing ends it so near its beginning as the margin; if that is negative, what stands so little before it does.
     """
     dx, dy = gaps[:, 2:3] - gaps[:, :1], gaps[:, 3:] - gaps[:, 1:2]
     length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)

@@ -239,7 +239,7 @@ class _Drawing:
         against = self._witnesses(with_own, [*others, drawn], self._driven(with_own))
         drawn = replace(drawn, strokes=trimmed(shapes.foot[wall], drawn.strokes, against, config.ends))
         shapes.ends[wall] = drawn.strokes
-        mine, older = own.at(np.flatnonzero(own.nature != POINT)), self._walls_of(near[near < k])
+        mine, older = self._as_drawn([drawn]), self._as_drawn([self._painted[j] for j in near[near < k].tolist()])
         links = chain_gaps(mine, older, config.link_gap_m, config.link)
         gaps = links.joined(self._ends(k, drawn, near)) if config.end else links
         gaps = gaps.at(~refuted(gaps.ends, against))
@@ -247,10 +247,13 @@ class _Drawing:
         layer = render(pose, shapes, gaps, sides, self.grid, config)
         return replace(drawn, gaps=gaps.ends, layer=layer)
 
-    def _walls_of(self, sweeps: Ints) -> Pieces:
-        """What sweeps saw that may be walls."""
-        rows = self._pieces.of_sweeps(sweeps)
-        return self._pieces.at(rows[self._pieces.nature[rows] != POINT])
+    def _as_drawn(self, painted: list[Painted], least: float = 0.0) -> Pieces:
+        """The walls of some sweeps, as far as they are drawn; not those of which a lesser share is."""
+        kept = [each.shares >= least for each in painted]
+        rows = [each.walls[which] for each, which in zip(painted, kept, strict=True)]
+        ends = [each.strokes[which] for each, which in zip(painted, kept, strict=True)]
+        walls = self._pieces.at(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
+        return replace(walls, ends=np.concatenate([np.zeros((0, 4)), *ends]))
 
     def _witnesses(self, sweeps: Ints, painted: list[Painted], driven: Floats) -> Witnesses:
         """What these sweeps did not hear, and what may speak against a wall of what was painted or driven."""
@@ -280,8 +283,7 @@ class _Drawing:
         off = spots.point - self._places[numbers, :2]
         near_by = off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] <= config.seams.reach_m * config.seams.reach_m
         joined = seams(spots.at(near_by), of[near_by] >= 0, k, config.seams, config.seam)
-        walls = pieces.at(np.concatenate([each.walls[each.shares == 1.0] for _, each in seen]))
-        walls = replace(walls, ends=np.concatenate([each.strokes[each.shares == 1.0] for _, each in seen]))
+        walls = self._as_drawn([each for _, each in seen], least=1.0)
         may = np.append(pieces.nature, OPEN)[of] != WALL
         return end_gaps(walls, spots.at(may), k, config.ends, config.end).joined(joined)
 

@@ -18,6 +18,9 @@ from slam.sweep import Ints
 LEAST_M = 0.1
 """Where a wall answered there is so much of it to either side."""
 
+BEHIND_M = 0.03
+"""What ends a wall may be heard so far behind its foot: where a jamb answers, nobody knows on which side the wall is."""
+
 
 @dataclass(frozen=True)
 class Witnesses:
@@ -44,7 +47,7 @@ def trimmed(feet: Floats, ends: Floats, against: Witnesses, config: EndConfig) -
     dx, dy = halves[:, 2] - halves[:, 0], halves[:, 3] - halves[:, 1]
     length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)
     kept = np.minimum(
-        ended_at(halves, against.spots, config, LEAST_M).min(axis=1, initial=np.inf),
+        ended_at(halves, against.spots, config, -BEHIND_M).min(axis=1, initial=np.inf),
         heard_through_at(halves, against.ways, LEAST_M).min(axis=1, initial=np.inf),
     )
     half, ways = _unheard(halves, against)

@@ -294,6 +294,8 @@ AFAR = np.full((1, DIRECTIONS), 3.0)
         (NOBODY, 1.0),
         (replace(NOBODY, spots=np.array([[0.6, 1.03, 0.9, 0.4]])), 0.6),  # heard from aside: an edge
         (replace(NOBODY, spots=np.array([[0.6, 1.03, 0.1, 1.0]])), 1.0),  # the wall itself
+        (replace(NOBODY, spots=np.array([[-0.02, 1.0, 0.9, 0.4]])), 0.1),  # a jamb: on which side nobody knows
+        (replace(NOBODY, spots=np.array([[-0.05, 1.0, 0.9, 0.4]])), 1.0),  # on the other side
         (replace(NOBODY, ways=np.array([[0.7, 0.0, 0.7, 2.0]])), 0.7),
         (replace(NOBODY, ways=np.array([[0.05, 0.0, 0.05, 2.0]])), 1.0),  # it answered there
         (replace(NOBODY, ways=np.array([[-0.4, 0.0, -0.4, 2.0]])), 1.0),  # on the other side
