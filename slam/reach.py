@@ -19,7 +19,7 @@ LEAST_M = 0.1
 """Where a wall answered there is so much of it to either side."""
 
 BEHIND_M = 0.03
-"""What ends a wall may be heard so far behind its foot: where a jamb answers, nobody knows on which side the wall is."""
+"""So far behind its foot what ends a wall still does: where a jamb answers, nobody knows on which side the wall is."""
 
 
 @dataclass(frozen=True)
