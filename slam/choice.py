@@ -192,9 +192,17 @@ def afar(far: Afar, ways: Ways, ground: Ground, bar: Bar, above: float) -> Choic
         more = ways.go_on()
     near = {k: ways.cost(ground.cell(*scans[k].tolist())) for k in np.flatnonzero(ground.holds(scans)).tolist()}
     journeys = Journeys(far.roads, scans, {k: ground.length_m(float(cost)) for k, cost in near.items() if cost >= 0})
-    lengths = journeys.metres[beside] + _metres(prospects.places, scans[beside])
-    values = bar.value(worth, lengths)
-    best = int(np.argmax(values))
+    beyond, within_m = _metres(prospects.places, scans[beside]), 2.0 * ENTRY_M
+    while True:
+        more = journeys.go_on(within_m)
+        lengths = journeys.metres[beside] + beyond
+        values = bar.value(worth, lengths)
+        best = int(np.argmax(values))
+        # The way to what was not found is longer than what was gone so far.
+        others = bar.value(worth, within_m + beyond)[np.isinf(lengths)]
+        if not (more and ((others > above) & (others >= values[best])).any()):
+            break
+        within_m *= 2.0
     if not values[best] > above:
         return None
     entry, road = journeys.road(int(beside[best]))

@@ -3,8 +3,7 @@
 Must not know: the map, what is to be seen anywhere.
 """
 
-from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -58,23 +57,28 @@ class Roads:
 class Journeys:
     """The shortest ways along roads to all scans (n, 2) m from the nearest ones, which are so many `metres` away.
 
-    `metres` (n,): how far each scan is, ∞ where there is no way.
+    They are found as far out as one has gone on. `metres` (n,): how far each scan is, ∞ where no way is known.
     """
 
     def __init__(self, roads: Roads, scans: Floats, near: Mapping[int, float]) -> None:
-        beside = _beside(roads, scans)
         self.metres = np.full(len(scans), np.inf)
+        self._beside = _Beside(roads, scans)
         self._scans = scans
         self._before = {scan: scan for scan in near}
-        queue = [(metres, scan, scan) for scan, metres in near.items()]
-        heapify(queue)
-        while queue:
+        self._queue = [(metres, scan, scan) for scan, metres in near.items()]
+        heapify(self._queue)
+
+    def go_on(self, within_m: float = np.inf) -> bool:
+        """Find the ways to all scans that are no farther than that; False when there are no more."""
+        queue, before = self._queue, self._before
+        while queue and queue[0][0] <= within_m:
             metres, scan, comes_from = heappop(queue)
-            if self._before.setdefault(scan, comes_from) == comes_from and metres < self.metres[scan]:
+            if before.setdefault(scan, comes_from) == comes_from and metres < self.metres[scan]:
                 self.metres[scan] = metres
-                for other, length in beside[scan]:
-                    if other not in self._before:
+                for other, length in self._beside.of(scan):
+                    if other not in before:
                         heappush(queue, (metres + length, other, scan))
+        return bool(queue)
 
     def road(self, scan: int) -> tuple[int, Floats]:
         """The one of the nearest scans that the way to a scan leads over, and its points (k, 2) m after that."""
@@ -89,15 +93,21 @@ class Journeys:
         return chain[-1], np.concatenate(points)
 
 
-def _beside(roads: Roads, scans: Floats) -> dict[int, list[tuple[int, float]]]:
+class _Beside:
     """By scan, those that roads lead to from there, and how far they are."""
-    a, b = roads.pairs[:, 0], roads.pairs[:, 1]
-    lengths = dmath.hypot(scans[a, 0] - scans[b, 0], scans[a, 1] - scans[b, 1]).tolist()
-    beside: dict[int, list[tuple[int, float]]] = defaultdict(list)
-    for one, other, length in zip(a.tolist(), b.tolist(), lengths, strict=True):
-        beside[one].append((other, length))
-        beside[other].append((one, length))
-    return beside
+
+    def __init__(self, roads: Roads, scans: Floats) -> None:
+        begin, end = np.concatenate([roads.pairs, roads.pairs[:, ::-1]]).T
+        order = np.argsort(begin, kind="stable")
+        begin, end = begin[order], end[order]
+        self._lengths = dmath.hypot(scans[begin, 0] - scans[end, 0], scans[begin, 1] - scans[end, 1]).tolist()
+        self._ends = end.tolist()
+        self._first = np.searchsorted(begin, np.arange(len(scans) + 1)).tolist()
+
+    def of(self, scan: int) -> Iterator[tuple[int, float]]:
+        """The scans beside that one, and the metres to them."""
+        own = slice(self._first[scan], self._first[scan + 1])
+        return zip(self._ends[own], self._lengths[own], strict=True)
 
 
 def _passable(begin: Floats, ends: Floats, ground: Ground) -> Bools:

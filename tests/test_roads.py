@@ -71,25 +71,32 @@ def roads_of(scans: Floats, ground: Ground) -> Roads:
     return roads
 
 
+def gone(journeys: Journeys, within_m: float = np.inf) -> Journeys:
+    assert journeys.go_on(within_m) == (within_m < np.inf)
+    return journeys
+
+
 def test_scans_are_joined_where_the_robot_drove_and_where_nothing_stands_between() -> None:
     scans = np.array([[-0.5, 0.0], [-0.5, 1.5], [0.5, 1.5], [0.5, 0.0]])  # about the end of a wall
     walled, open_ = floor(60, slice(0, 40)), floor(60, slice(0, 0))
     assert roads_of(scans, walled).pairs.tolist() == [[0, 1], [1, 2], [2, 3]]
     assert roads_of(scans, open_).pairs.tolist() == [[0, 1], [1, 2], [0, 3], [2, 3]]
-    metres = [Journeys(roads_of(scans, ground), scans, {3: 0.0}).metres[0] for ground in (walled, open_)]
+    metres = [gone(Journeys(roads_of(scans, ground), scans, {3: 0.0})).metres[0] for ground in (walled, open_)]
     assert metres == [4.0, 1.0]
 
 
 def test_a_way_along_roads_begins_at_the_scan_that_makes_it_shortest() -> None:
     scans = np.array([[float(k), 0.0] for k in range(6)])
     roads = Roads(np.array([[k, k + 1] for k in range(5)]))
-    journeys = Journeys(roads, scans, {5: 0.0, 3: 2.5})
+    journeys = gone(Journeys(roads, scans, {5: 0.0, 3: 2.5}), 4.0)
+    assert journeys.metres.tolist() == [np.inf, np.inf, 3.5, 2.5, 1.0, 0.0]
+    gone(journeys)
     assert journeys.metres.tolist() == [5.5, 4.5, 3.5, 2.5, 1.0, 0.0]
     entry, points = journeys.road(0)
     assert entry == 3
     assert points[[0, -1]] == pytest.approx(np.array([[2.9, 0.0], [0.0, 0.0]]))
     blocked = roads.without(scans, np.array([[1.5, 0.2]]), 0.3)
-    assert np.isinf(Journeys(blocked, scans, {5: 0.0}).metres[:2]).all()
+    assert np.isinf(gone(Journeys(blocked, scans, {5: 0.0})).metres[:2]).all()
 
 
 def test_a_doorway_left_behind_is_gone_back_to() -> None:
