@@ -83,7 +83,7 @@ def graph_of(
             "point": point,
             "anchor": anchor,
             "extent": np.tile([-0.2, 0.2], (count, 1)),
-            "tried": np.full((count, 2), -1),
+            "tried": np.full((count, 3), -1),
             "drawn": np.full((len(seen), 4), np.inf),
             "drawn_as": np.full((len(seen), 2), -1),
         }

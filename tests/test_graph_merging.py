@@ -8,7 +8,7 @@ import pytest
 
 from slam.geometry import Pose
 from slam.graph.config import GraphConfig
-from slam.graph.merging import merged
+from slam.graph.merging import _tried, merged
 from slam.graph.problem import Graph
 from tests.graphs import Line, Spot, graph_of
 
@@ -90,11 +90,25 @@ def test_a_merge_that_failed_is_not_tried_again_until_more_is_seen() -> None:
     strict = replace(CONFIG, merge_margin=-1.0)
     graph, pairs = joined(seen_again(ABOVE), strict)
     assert pairs == ()
-    assert graph.tried.tolist() == [[-1, -1], [-1, -1], [0, 8]]
+    assert graph.tried.tolist() == [[-1, -1, -1], [-1, -1, -1], [0, 4, 4]]
     assert (graph.poses == seen_again(ABOVE).poses).all()
     assert joined(graph)[1] == ()  # even where it would be kept
-    longer_ago = replace(graph, tried=np.array([[-1, -1], [-1, -1], [0, 3]]))
-    assert joined(longer_ago)[1] == ((0, 2),)
+
+
+@pytest.mark.parametrize(("first", "second", "again"), [(4, 4, False), (2, 2, False), (2, 1, True), (1, 2, True)])
+def test_a_merge_is_tried_again_when_more_is_known_of_both(first: int, second: int, again: bool) -> None:
+    graph = seen_again(ABOVE)
+    then = replace(graph, tried=np.array([[-1, -1, -1], [-1, -1, -1], [0, first, second]]))
+    assert joined(then)[1] == (((0, 2),) if again else ())
+
+
+def test_a_merge_is_not_tried_again_for_what_is_seen_of_the_long_wall_alone() -> None:
+    count = np.array([75, 20, 2])
+    graph = replace(seen_again(ABOVE), tried=np.array([[-1, -1, -1], [-1, -1, -1], [0, 70, 2]]))
+    assert _tried(graph, 0, count).tolist() == [False, False, True]
+    assert _tried(graph, 2, count).tolist() == [True, False, False]
+    assert not _tried(graph, 2, np.array([74, 20, 3])).any()
+    assert not _tried(graph, 2, np.array([106, 20, 2])).any()
 
 
 def test_nothing_is_merged_that_was_seen_once() -> None:

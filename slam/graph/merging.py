@@ -1,7 +1,7 @@
 """Loop closure: chains that turn out to be one wall become one, if the total error allows it.
 
-A merge is tried, solved and kept or taken back. What two chains were when it failed is not tried again until more was
-seen of them.
+A merge is tried, solved and kept or taken back. One that failed is tried again when more was seen of both: of the one
+known less, too, for that a long wall is seen at every sweep does not tell what a stray echo was; or half as much again.
 """
 
 from dataclasses import replace
@@ -22,6 +22,8 @@ NEAR_M, NEAR_DEG = 0.03, 2.0
 AWAY_M, AWAY_DEG = 0.03, 1.0
 """… and how much more for each √sweep between them."""
 OLD_SWEEPS = 60
+MORE = 5
+"""Two chains are tried again when so many sightings more are known of them."""
 
 
 def merged(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> tuple[Graph, tuple[tuple[int, int], ...]]:
@@ -41,7 +43,7 @@ def merged(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> tupl
         if joined is None:
             tried = graph.tried.copy()
             count = graph.counts()
-            tried[gone] = (keep, int(count[keep] + count[gone]))
+            tried[gone] = (keep, count[keep], count[gone])
             tired = may_close(graph) and int(graph.sweep[graph.landmark == keep].min()) < first
             graph = replace(graph, tried=tried, closed=len(graph.poses) - 1 if tired else graph.closed)
         else:
@@ -76,12 +78,13 @@ def _likeliest(graph: Graph, landmark: int, config: GraphConfig) -> int | None:
 
 
 def _tried(graph: Graph, landmark: int, count: Ints) -> Bools:
-    """Which landmarks it was tried with, when not much less was known of both."""
-    known = count + count[landmark] - 4
-    own, seen = graph.tried[landmark]
-    before = (graph.tried[:, 0] == landmark) & (graph.tried[:, 1] >= known)
-    before |= (np.arange(len(count)) == own) & (seen >= known)
-    return np.asarray(before)
+    """Which landmarks it was tried with, nothing new being known since."""
+    with_older = np.arange(len(count)) == graph.tried[landmark, 0]
+    then = np.where(with_older[:, None], graph.tried[landmark, 1:], graph.tried[:, 1:])
+    known, at_most = then[:, 0] + then[:, 1], np.minimum(then[:, 0], then[:, 1])
+    both, lesser = count + count[landmark], np.minimum(count, count[landmark])
+    again = (both >= known + MORE) & ((lesser > at_most) | (2 * both >= 3 * known))
+    return np.asarray((with_older | (graph.tried[:, 0] == landmark)) & ~again)
 
 
 def _between(graph: Graph, landmark: int, others: Ints) -> tuple[Floats, Floats]:

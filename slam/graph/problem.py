@@ -34,8 +34,8 @@ class Graph:
     Landmarks: `nature`, `as_point` (taken for one: what is not told yet is what explains it better so far), `seen` (the
     last sweep), `alive` (m,); `line` (α, d) (m, 2), `point` (x, y and the radius
     of what stands there: 0 of corners) (m, 3), `anchor` (m, 2); `extent` (m, 2) along the tangent from the
-    anchor; `tried` (m, 2) with which older one a merge failed last, and how often both had
-    been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
+    anchor; `tried` (m, 3) with which older one a merge failed last, and how often that one
+    and it had been seen by then. `drawn` (k, 4): the ends at which each sighting was last made a member of its
     chain, `drawn_as` (k, 2) that chain and its nature.
     `errors` (4,) the wheels', `rotation_prior` (2,) what each sweep by itself says: mean and σ.
     `closed` is the sweep at which a loop was closed last; `slip` by how much odometry slips more than is usual.
@@ -75,7 +75,7 @@ class Graph:
         pairs = np.zeros((0, 2))
         return cls(
             np.zeros((0, 3)), np.zeros((0, 5)), whole, whole, whole, none, none, none, none, none, none,
-            whole, whole, whole, whole, pairs, np.zeros((0, 3)), pairs, pairs, np.zeros((0, 2), dtype=np.int64),
+            whole, whole, whole, whole, pairs, np.zeros((0, 3)), pairs, pairs, np.zeros((0, 3), dtype=np.int64),
             np.zeros((0, 4)), np.zeros((0, 2), dtype=np.int64), np.zeros(4), np.array([0.0, 0.01]),
         )  # fmt: skip
 

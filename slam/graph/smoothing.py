@@ -105,7 +105,7 @@ def _with_sightings(
             "point": np.column_stack([feet[new], np.zeros(len(new))]),
             "anchor": feet[new],
             "extent": np.stack([sights.left[new], sights.right[new]], axis=1),
-            "tried": np.full((len(new), 2), -1),
+            "tried": np.full((len(new), 3), -1),
             "sweep": np.full(len(walls), sweep),
             "landmark": of,
             "bearing": sights.bearing,
