@@ -161,12 +161,11 @@ def _best(lookout: Lookout, ways: Ways, bar: Bar) -> tuple[int, float]:
     ground, prospects = lookout.scene.ground, lookout.prospects
     worth = bar.worth(prospects)
     rows, columns = ground.cells_at(prospects.places)
-    cells = list(zip(rows.tolist(), columns.tolist(), strict=True))
     least = _least(ways.start, rows, columns)
     costs = np.full(len(worth), -1.0)
     waiting, best, value, more = np.flatnonzero(worth > 0.0), 0, 0.0, True
     while len(waiting):
-        costs[waiting] = [ways.cost(cells[k]) for k in waiting.tolist()]
+        costs[waiting] = ways.costs(rows[waiting], columns[waiting])
         # The way to what was not found is no shorter than the straight one, and longer than what was gone so far.
         lengths = ground.length_m(np.where(costs < 0.0, np.maximum(least, ways.reached), costs))
         values = bar.value(worth, lengths)

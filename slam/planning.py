@@ -145,6 +145,11 @@ class Ways:
         """What the way to a cell costs; −1: not known, or there is none."""
         return self._cost.get(self._place(cell), -1)
 
+    def costs(self, rows: Ints, columns: Ints) -> list[int]:
+        """Those of many cells."""
+        known = self._cost
+        return [known.get(place, -1) for place in ((rows + 1) * self._ground.stride + columns).tolist()]
+
     def go_on(self) -> bool:
         """Take in the cells that cost one more; False when there are no more."""
         waves, cost, left, price = self._waves, len(self._waves), self._left, self._price
