@@ -154,13 +154,10 @@ class Ways:
         """Take in the cells that cost one more; False when there are no more."""
         waves, cost, left, price = self._waves, len(self._waves), self._left, self._price
         wave = self._later.pop(cost, [])
-        for cells, offsets in (
-            (waves[-STRAIGHT] if cost >= STRAIGHT else (), self._straight),
-            (waves[-DIAGONAL] if cost >= DIAGONAL else (), self._diagonal),
-        ):
-            a, b, c, d = offsets
-            for n in [n for k in cells for n in (k + a, k + b, k + c, k + d) if left[n]]:
-                if left[n]:
+        for length, offsets in ((STRAIGHT, self._straight), (DIAGONAL, self._diagonal)):
+            cells = waves[-length] if cost >= length else ()
+            for offset in offsets:
+                for n in [n for k in cells if left[n := k + offset]]:
                     left[n] = 0
                     if price[n]:
                         self._later.setdefault(cost + price[n], []).append(n)

@@ -44,13 +44,14 @@ class Roads:
 
     def without(self, scans: Floats, places: Floats, near_m: float) -> "Roads":
         """Those of the roads that lead past none of the places (k, 2) m nearer than that."""
-        begin = scans[self.pairs[:, 0]][:, None, :]
-        along = scans[self.pairs[:, 1]][:, None, :] - begin
-        length = np.maximum(along[..., 0] * along[..., 0] + along[..., 1] * along[..., 1], STEP_M * STEP_M)
-        off = places - begin
-        share = np.clip((off[..., 0] * along[..., 0] + off[..., 1] * along[..., 1]) / length, 0.0, 1.0)
-        off = off - share[..., None] * along
-        clear = off[..., 0] * off[..., 0] + off[..., 1] * off[..., 1] >= near_m * near_m
+        begin, end = (scans[self.pairs[:, k], :, None] for k in (0, 1))
+        along = end - begin
+        x, y = along[:, 0], along[:, 1]
+        length = np.maximum(x * x + y * y, STEP_M * STEP_M)
+        dx, dy = places[:, 0] - begin[:, 0], places[:, 1] - begin[:, 1]
+        share = np.minimum(np.maximum((dx * x + dy * y) / length, 0.0), 1.0)
+        dx, dy = dx - share * x, dy - share * y
+        clear = dx * dx + dy * dy >= near_m * near_m
         return Roads(self.pairs[clear.all(axis=1)])
 
 
