@@ -95,7 +95,7 @@ def _ranks(grid: Grid, window: Window | None, config: FrontierConfig) -> Ranks |
 
 
 def _table(poses: tuple[Pose, ...]) -> Floats:
-    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])
+    return np.array([value for pose in poses for value in (pose.x, pose.y, pose.theta)]).reshape(-1, 3)
 
 
 def _remembering(grid: Grid, poses: Floats, known: Intent, window: Window, config: FrontierConfig) -> Intent:

@@ -89,10 +89,9 @@ class Intent:
 
     def driven(self, poses: Floats) -> Floats:
         """The trail's points (n, 2) in the map, by the poses (k, 3) as known now."""
-        table = poses[self.trail[:, 0].astype(np.int64)]
-        sine, cosine = dmath.sincos(table[:, 2])
-        x, y = self.trail[:, 1], self.trail[:, 2]
-        return np.stack([table[:, 0] + (cosine * x - sine * y), table[:, 1] + (sine * x + cosine * y)], axis=1)
+        scan, x, y = self.trail[:, 0].astype(np.int64), self.trail[:, 1], self.trail[:, 2]
+        sine, cosine = (turned[scan] for turned in dmath.sincos(poses[:, 2]))
+        return np.stack([poses[scan, 0] + (cosine * x - sine * y), poses[scan, 1] + (sine * x + cosine * y)], axis=1)
 
     def forgiving(self) -> "Intent":
         """Believing only in what was met often enough, but remembering the blocks."""
