@@ -43,7 +43,7 @@ ALGORITHMS = {
     for algorithm in (
         Algorithm(
             "odometry",
-            4,
+            5,
             "no correction: the robot's own dead reckoning (the paper's figures 8 and 11)",
             chaining.associate_chains,
             chaining.localise_by(keep_prediction),
@@ -51,7 +51,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "literal",
-            4,
+            5,
             "the paper to the letter: every RCD of wall kind, strict minimum over the window",
             chaining.associate_chains,
             chaining.localise_by(search),
@@ -63,7 +63,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "paper",
-            4,
+            5,
             "the paper's blocks, but only strong RCDs are walls, points are told from walls, corrections are weighed",
             chaining.recognise_chains,
             chaining.localise_by_weight,
@@ -75,7 +75,7 @@ ALGORITHMS = {
         ),
         Algorithm(
             "graph",
-            4,
+            5,
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
             match,
             smooth,

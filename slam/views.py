@@ -31,7 +31,7 @@ ASIDE = 3
 BESIDE_M, PART = 0.28, 3
 """So near to what is occupied there is no way on for the robot: what is seen past it is worth a part."""
 
-ON_STEPS = 10
+ON_STEPS = 5
 """So many steps farther what is unknown is taken to go on where the robot itself could: a door leads somewhere."""
 
 SCALE = 1024
@@ -118,7 +118,7 @@ def _seen(rows: Ints, columns: Ints, away: Floats, ranks: Ranks, stations: Float
     hidden = worth.reshape(-1)[cells]
     shown = (hidden * area * clear * through).reshape(len(rows), RAYS * STEPS)
     on = np.where(clear[:, :, -1] & (through[:, :, -1] == PART), hidden[:, :, -1] * PART, 0)
-    # The steps beyond have areas like 16, 17 … 25 of those before.
+    # The steps beyond have areas like 16, 17 … of those before.
     shown = np.concatenate([shown, on * (ON_STEPS * (2 * STEPS + ON_STEPS + 1) // 2)], axis=1)
     gains = np.asarray(np.cumsum(shown, axis=1)[:, -1] * (STEP_M * STEP_M * 2.0 * PI / RAYS / SCALE / 3.0 / PART))
     return Views(rows, columns, gains, _square(np.count_nonzero(clear, axis=2)), away)
