@@ -18,6 +18,9 @@ from slam.sweep import Ints
 LEAST_M = 0.1
 """Where a wall answered there is so much of it to either side."""
 
+OPEN_M = 0.2
+"""What went through, or was not heard, tells of an opening that reaches so far to either side: a robot is as wide."""
+
 BEHIND_M = 0.03
 """So far behind its foot what ends a wall still does: where a jamb answers, nobody knows on which side the wall is."""
 
@@ -48,11 +51,11 @@ def trimmed(feet: Floats, ends: Floats, against: Witnesses, config: EndConfig) -
     length = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-9)
     kept = np.minimum(
         ended_at(halves, against.spots, config, -BEHIND_M).min(axis=1, initial=np.inf),
-        heard_through_at(halves, against.ways, LEAST_M).min(axis=1, initial=np.inf),
+        heard_through_at(halves, against.ways, LEAST_M).min(axis=1, initial=np.inf) - OPEN_M,
     )
     half, ways = _unheard(halves, against)
     place = ((ways[:, 2] - halves[half, 0]) * dx[half] + (ways[:, 3] - halves[half, 1]) * dy[half]) / length[half]
-    np.minimum.at(kept, half, place)
+    np.minimum.at(kept, half, place - OPEN_M)
     part = np.minimum(np.maximum(kept, LEAST_M) / length, 1.0)
     found = halves[:, :2] + part[:, None] * np.stack([dx, dy], axis=1)
     return np.concatenate([found[:count], found[count:]], axis=1)
