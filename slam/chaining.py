@@ -48,16 +48,25 @@ def localise_by_weight(
     calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
 ) -> tuple[Localisation, Track, Calibration]:
     """One pose after the other, by weight; what the robot had to be turned by tells the drift of its wheels."""
-    sigmas = tuple(wall.sigma for wall in walls)
-    landmarks = Landmarks(track.chains, track.poses, config.landmarks)
-    balance = Balance(association, sigmas, landmarks, config.weighing)
+    balance = balance_of(walls, association, track, config)
     found = weigh(balance, calibrated.predicted, config.localisation)
-    placed = tuple(wall.segment.moved(found.pose) for wall in walls)
-    agreed = without_strangers(balance, placed, found.pose)
-    chains = track.chains.joined(agreed.chained(placed), len(track.poses), sigmas)
     learnt, motion = calibrated.calibration, calibrated.motion
     if motion is not None and association.links:
         turn = wrap(found.pose.theta - calibrated.predicted.theta)
         metres = dmath.hypot(motion.x, motion.y)
         learnt = with_drift(learnt, turn, metres, len(track.poses), config.weighing)
-    return found, Track((*track.poses, found.pose), chains), learnt
+    return found, agreeing(balance, walls, track, found.pose), learnt
+
+
+def balance_of(walls: tuple[Wall, ...], association: Association, track: Track, config: Config) -> Balance:
+    """The links of a sweep's walls with all that is to be weighed."""
+    landmarks = Landmarks(track.chains, track.poses, config.landmarks)
+    return Balance(association, tuple(wall.sigma for wall in walls), landmarks, config.weighing)
+
+
+def agreeing(balance: Balance, walls: tuple[Wall, ...], track: Track, pose: Pose) -> Track:
+    """The track with this sweep at its pose; the walls that agree with their chains there join them."""
+    placed = tuple(wall.segment.moved(pose) for wall in walls)
+    agreed = without_strangers(balance, placed, pose)
+    chains = track.chains.joined(agreed.chained(placed), len(track.poses), balance.sigmas)
+    return Track((*track.poses, pose), chains)

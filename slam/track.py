@@ -8,12 +8,29 @@ from slam.graph.problem import Graph
 
 
 @dataclass(frozen=True)
+class Rival:
+    """The same sweeps as they are if odometry is corrected, and the drift (rad/m) that is learnt then.
+
+    `left`, `right` and `aside` say how long and how hard walls have been pulling the robot there, off its odometry.
+    """
+
+    poses: tuple[Pose, ...] = ()
+    chains: Chains = field(default_factory=Chains)
+    drift: float = 0.0
+    left: float = 0.0
+    right: float = 0.0
+    aside: float = 0.0
+
+
+@dataclass(frozen=True)
 class Track:
     """All sweeps' poses as they are known now, and every wall at those poses in its chain.
 
-    `graph` is what an algorithm that solves for all poses at once knows of them; empty with the others.
+    `graph` is what an algorithm that solves for all poses at once knows of them; empty with the others. As long as one
+    takes odometry as it is, there is a `rival` that corrects it.
     """
 
     poses: tuple[Pose, ...] = ()
     chains: Chains = field(default_factory=Chains)
     graph: Graph = field(default_factory=Graph.empty)
+    rival: Rival | None = None

@@ -21,6 +21,8 @@ from slam.self_calibration import Calibration
 
 FINER = 5
 """So many times finer the window is searched once more, about its best cell."""
+FARTHER = 0.003
+"""This part of odometry's weight against a shift knows no bound: who is pushed aside is not carried along the walls."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class WeighingConfig:
 
     A wall weighs no more than one that is off by `most` times its sigma, and at the pose found joins no chain; odometry
     no more than `odometry`, which is more than any one wall and less than two. `drift_m2` says how slowly the drift of
-    the wheels is learnt.
+    the wheels is learnt. Odometry is taken as it is until the walls have pulled it one way by `refuted` in all (0: it
+    never is), what exceeds `turn_allowance` and `shift_allowance` a sweep, or by `push` at one sweep.
     """
 
     bearing_sigma_deg: float = 0.5
@@ -40,6 +43,10 @@ class WeighingConfig:
     most: float = 2.0
     odometry: float = 4.0
     drift_m2: float = 1.0
+    refuted: float = 7.0
+    turn_allowance: float = 0.2
+    shift_allowance: float = 1.0
+    push: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -99,13 +106,28 @@ def weigh(balance: Balance, predicted: Pose, config: LocalisationConfig) -> Loca
     if not association.links:
         return keep_prediction(predicted, association, balance.landmarks.chains, config)
     witnesses = balance.witnesses(association.predicted, predicted)
-    sure = [witness for witness in witnesses if witness.link.nature != OPEN]
-    off = np.array([witness.turned for witness in sure]) / DEGREE
-    turn = _best_turn(off, np.array([witness.aim.sigma for witness in sure]) / DEGREE, config, weights)
+    off, sigma = _off(witnesses)
+    turn = _best_turn(off, sigma, config, weights)
     shift, before, after = _best_shift(_spun(witnesses, predicted, turn), config, weights)
     pose = Pose(predicted.x + shift[0], predicted.y + shift[1], predicted.theta + turn * DEGREE).quantised()
-    average = dmath.mean(np.abs(off)) if sure else 0.0
+    average = dmath.mean(np.abs(off)) if len(off) else 0.0
     return Localisation(pose, turn, shift, average, before, after, len(witnesses))
+
+
+def pulls(balance: Balance, predicted: Pose, config: LocalisationConfig) -> tuple[float, float]:
+    """How the walls pull at the pose predicted: how much less they weigh against the turn that they like best than
+    against none, negative to the right, and against the shift that they like best. Odometry has no say in it.
+    """
+    weights, witnesses = balance.weights, balance.witnesses(balance.association.predicted, predicted)
+    if not witnesses:
+        return 0.0, 0.0
+    off, sigma = _off(witnesses)
+    turns = _turns(off, config)
+    against = _against_turns(off, sigma, turns, weights)
+    best = _least(against, np.abs(turns))
+    turn = np.sign(turns[best]) * (against[len(turns) // 2] - against[best])
+    _, against = _against_shifts(*_cells(config.window // 2, config.cell_m), witnesses, weights)
+    return float(turn), float(against[len(against) // 2] - against.min())
 
 
 def without_strangers(balance: Balance, walls: tuple[Segment, ...], pose: Pose) -> Association:
@@ -124,16 +146,32 @@ def _spun(witnesses: list[Witness], about: Pose, turn_deg: float) -> list[Witnes
     return [replace(witness, wall=witness.wall.moved(back).moved(spin).moved(there)) for witness in witnesses]
 
 
+def _off(witnesses: list[Witness]) -> tuple[Floats, Floats]:
+    """By how many degrees each wall (n,) is turned against its line, and how good that is; not those untold."""
+    sure = [witness for witness in witnesses if witness.link.nature != OPEN]
+    off = np.array([witness.turned for witness in sure]) / DEGREE
+    return off, np.array([witness.aim.sigma for witness in sure]) / DEGREE
+
+
 def _best_turn(off: Floats, sigma: Floats, config: LocalisationConfig, weights: WeighingConfig) -> float:
     """The turn in degrees with the least weight against it, of walls (n,) off by so much; then the smallest."""
-    if not len(off):
-        return 0.0
-    steps = int(float(np.abs(off).max()) / config.angle_step_deg) + 1
-    turns = np.arange(-steps, steps + 1).astype(np.float64) * config.angle_step_deg
-    ratio = np.minimum(np.abs(off[:, None] + turns[None, :]) / sigma[:, None], weights.most)
+    turns = _turns(off, config)
     odometry = turns / weights.turn_sigma_deg
-    against = np.cumsum(_weight(ratio), axis=0)[-1] + np.minimum(odometry * odometry, weights.odometry)
+    against = _against_turns(off, sigma, turns, weights) + np.minimum(odometry * odometry, weights.odometry)
     return float(turns[_least(against, np.abs(turns))])
+
+
+def _turns(off: Floats, config: LocalisationConfig) -> Floats:
+    """The turns to look at, in degrees, none at all in the middle."""
+    steps = int(float(np.abs(off).max(initial=0.0)) / config.angle_step_deg) + 1
+    return np.arange(-steps, steps + 1).astype(np.float64) * config.angle_step_deg
+
+
+def _against_turns(off: Floats, sigma: Floats, turns: Floats, weights: WeighingConfig) -> Floats:
+    """The weight of all walls (n,) against each of the turns."""
+    ratio = np.minimum(np.abs(off[:, None] + turns[None, :]) / sigma[:, None], weights.most)
+    none = np.zeros((1, len(turns)))
+    return np.asarray(np.cumsum(np.concatenate([none, _weight(ratio)]), axis=0)[-1])
 
 
 def _best_shift(
@@ -156,6 +194,14 @@ def _cells(half: int, cell_m: float) -> tuple[Floats, Floats]:
 
 def _search(dx: Floats, dy: Floats, witnesses: list[Witness], weights: WeighingConfig) -> tuple[Floats, int]:
     """The mean d1 after each shift (n,), and which shift has the least weight against it; then the smallest."""
+    d1, against = _against_shifts(dx, dy, witnesses, weights)
+    square = dx * dx + dy * dy
+    odometry = square / (weights.shift_sigma_m * weights.shift_sigma_m)
+    return d1, _least(against + np.minimum(odometry, weights.odometry) + FARTHER * odometry, square)
+
+
+def _against_shifts(dx: Floats, dy: Floats, witnesses: list[Witness], weights: WeighingConfig) -> tuple[Floats, Floats]:
+    """The mean d1 after each shift (n,), and the weight of all walls against it."""
     d1, against = np.zeros(len(dx)), np.zeros(len(dx))
     for witness in witnesses:
         sine, cosine = dmath.sincos(witness.aim.alpha)
@@ -164,10 +210,7 @@ def _search(dx: Floats, dy: Floats, witnesses: list[Witness], weights: WeighingC
         mean = (off[0] + off[1] + off[2]) / 3.0
         d1 += mean
         against += _weight(np.minimum(mean / witness.aim.off, weights.most))
-    square = dx * dx + dy * dy
-    odometry = square / (weights.shift_sigma_m * weights.shift_sigma_m)
-    best = _least(against + np.minimum(odometry, weights.odometry), square)
-    return d1 / float(len(witnesses)), best
+    return d1 / float(len(witnesses)), against
 
 
 def _weight(ratio: Floats) -> Floats:

@@ -85,7 +85,8 @@ def _association(data: StepData) -> str:
 def _localisation(data: StepData) -> str:
     found = data["localisation"]
     if not found["walls_used"]:
-        return "the prediction stands: nothing to correct it by"
+        linked = any(wall["joined"] is not None for wall in data["walls"])
+        return f"the prediction stands: {'odometry is taken as it is' if linked else 'nothing to correct it by'}"
     dx, dy = (100 * value for value in found["shift"])
     return (
         f"turned {found['turn_deg']:+.0f}°, shifted ({dx:+.0f}, {dy:+.0f}) cm; d1 to the roots "

@@ -26,7 +26,7 @@ from sonarlog.viz.pieces import A_PIECE, Pieces, Tiles, frontier_cells, merged
 from sonarlog.viz.rerun_door import CannotSave
 from sonarlog.viz.scene import Scene
 from sonarlog.viz.shapes import Dots, Labels, Raster, Shape, Strips
-from tests.made_runs import SURFACES, TRUE, drifting
+from tests.made_runs import AT_ONCE, SURFACES, TRUE, drifting
 from tests.synthetic import RING
 
 EVERYWHERE = {
@@ -50,7 +50,7 @@ def strict() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def steps() -> list[Step]:
-    return list(pipeline.run(drifting(), RING, algorithm("paper")))
+    return list(pipeline.run(drifting(), RING, algorithm("paper").configured(AT_ONCE)))
 
 
 @pytest.fixture(scope="module")
