@@ -15,7 +15,7 @@ from slam.localisation import Localisation, LocalisationConfig, keep_prediction,
 from slam.reliability import ReliabilityConfig
 from slam.self_calibration import Calibrated, Calibration, SelfCalibrationConfig
 from slam.track import Track
-from slam.trust import localise_unless_refuted
+from slam.trust import localise_unless_refuted, recognise_unless_refuted
 
 Associate = Callable[[Calibrated, tuple[Wall, ...], Track, Config], Association]
 Localise = Callable[[Calibrated, tuple[Wall, ...], Association, Track, Config], tuple[Localisation, Track, Calibration]]
@@ -66,7 +66,7 @@ ALGORITHMS = {
             "paper",
             6,
             "the paper's blocks, but only strong RCDs are walls, points are told from walls, corrections are weighed",
-            chaining.recognise_chains,
+            recognise_unless_refuted,
             localise_unless_refuted,
             # A search in whole degrees and 5 cm cells leaves half of each; from station to station they add up.
             Config(

@@ -14,6 +14,7 @@ from slam.pipeline import State, Step
 from slam.sweep import Sweep
 from sonarlog.canonical import canonical, read_canonical
 from sonarlog.restore import restored
+from sonarlog.viz.scene import Scene
 from tests.made_runs import AT_ONCE
 from tests.synthetic import RING, StraightWall
 from tests.walks import Walk, off, room, straight, turned, walk
@@ -66,6 +67,17 @@ def test_the_sweep_that_refutes_it_says_which_poses_moved() -> None:
     assert not any(step.localisation.moved for step in [*run[:at], *run[at + 1 :]])
 
 
+def test_every_sweep_s_links_are_to_the_chains_that_there_are_then() -> None:
+    """Those of the sweep that takes the rival's place over, too; whoever shows them looks the chains up."""
+    scene = Scene(RING, 0.15, None)
+    for step in drifting()[1]:
+        members = step.state.chains.members
+        assert [members[link.member].chain for link in step.association.links] == [
+            link.chain for link in step.association.links
+        ]
+        assert "map/E_association/links" in scene.show(step).shapes
+
+
 def test_what_is_drawn_is_what_is_known_after_that() -> None:
     """The walls that were drawn by odometry's poses are drawn anew: two walls would be left otherwise."""
     made, run = drifting()
@@ -77,7 +89,7 @@ def test_what_is_drawn_is_what_is_known_after_that() -> None:
 def test_a_robot_that_was_pushed_is_found_again(shove: Pose) -> None:
     made = walk(HALL, straight(16), shoves={6: shove})
     run = steps(made.sweeps)
-    assert refuted(run) == 6
+    assert refuted(run) == 7
     assert max(off(run[-1].state.poses, made.stations)) <= 0.06
     assert max(turned(run[-1].state.poses, made.stations)) <= 1.0
 
