@@ -12,7 +12,6 @@ class Rival:
     """The same sweeps as they are if odometry is corrected, and the drift (rad/m) that is learnt then.
 
     `left`, `right` and `aside` say how long and how hard walls have been pulling the robot there, off its odometry.
-    Once that has `refuted` it, the rival's poses are those that count.
     """
 
     poses: tuple[Pose, ...] = ()
@@ -21,7 +20,6 @@ class Rival:
     left: float = 0.0
     right: float = 0.0
     aside: float = 0.0
-    refuted: bool = False
 
 
 @dataclass(frozen=True)
