@@ -18,8 +18,9 @@ from pathlib import Path
 from sonarlog.errors import SonarlogError
 
 START_S = 20.0
-SETTLE_S = 0.8
-"""A viewer listens before it looks for a screen and graphics; one that finds none is gone within this time."""
+SETTLE_S, SETTLE_TIMES = 0.8, 10.0
+"""A viewer listens before it looks for a screen and graphics; one that finds none is gone within this time, or, where
+loading it takes long, within so many times what it took to listen."""
 
 INSTEAD = "save with --viz FILE.rrd and open that elsewhere with `rerun FILE.rrd`"
 
@@ -88,18 +89,18 @@ def _free_port() -> int:
 
 
 def _listens(port: int, process: "subprocess.Popen[bytes]") -> bool:
-    end = time.monotonic() + START_S
-    while time.monotonic() < end and process.poll() is None:
+    begin = time.monotonic()
+    while time.monotonic() < begin + START_S and process.poll() is None:
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return _stays(process)
+                return _stays(process, max(SETTLE_S, SETTLE_TIMES * (time.monotonic() - begin)))
         time.sleep(0.05)
     return False
 
 
-def _stays(process: "subprocess.Popen[bytes]") -> bool:
+def _stays(process: "subprocess.Popen[bytes]", seconds: float) -> bool:
     try:
-        process.wait(SETTLE_S)
+        process.wait(seconds)
     except subprocess.TimeoutExpired:
         return True
     return False
