@@ -9,8 +9,7 @@ from slam.config import Config, configured
 from slam.driving import DrivingConfig
 from slam.errors import SlamError
 from slam.features import FeatureConfig, Wall
-from slam.graph.matching import match
-from slam.graph.smoothing import smooth
+from slam.graph.refutation import match_unless_refuted, smooth_unless_refuted
 from slam.localisation import Localisation, LocalisationConfig, keep_prediction, search
 from slam.reliability import ReliabilityConfig
 from slam.self_calibration import Calibrated, Calibration, SelfCalibrationConfig
@@ -76,10 +75,10 @@ ALGORITHMS = {
         ),
         Algorithm(
             "graph",
-            5,
+            6,
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
-            match,
-            smooth,
+            match_unless_refuted,
+            smooth_unless_refuted,
             # What is narrow, merged or seen briefly counts by how good its bearing is; it need not be left out.
             Config(
                 reliability=ReliabilityConfig(

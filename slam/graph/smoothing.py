@@ -135,9 +135,7 @@ def _solved(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> Gra
 
 def _tense(graph: Graph, old: Ints, sweep: int, config: GraphConfig) -> bool:
     """Whether walls from before the window disagree with where this sweep sees them."""
-    mask = np.zeros(len(graph.nature), dtype=bool)
-    mask[old] = True
-    rows = graph.rows_of(mask)
+    rows = graph.rows_of(old)
     off, _, _ = sighting_residuals(graph, rows[graph.sweep[rows] == sweep], config.distance_sigma_m)
     return bool((np.abs(off[:, 1]) * config.distance_sigma_m > TENSE_M).any())
 
@@ -145,9 +143,7 @@ def _tense(graph: Graph, old: Ints, sweep: int, config: GraphConfig) -> bool:
 def _extents(graph: Graph, touched: Ints) -> Floats:
     """How far each landmark was seen along its line."""
     extent = graph.extent.copy()
-    mask = np.zeros(len(graph.nature), dtype=bool)
-    mask[touched] = True
-    rows = graph.rows_of(mask)
+    rows = graph.rows_of(touched)
     along = along_lines(graph, rows)
     extent[touched] = (np.inf, -np.inf)
     np.minimum.at(extent[:, 0], graph.landmark[rows], along + graph.left[rows])

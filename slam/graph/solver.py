@@ -31,7 +31,7 @@ def part_from(graph: Graph, first: int) -> Part:
     moving[graph.landmark[graph.sweep >= first]] = True
     moving &= (graph.counts() >= 2) & (graph.alive != 0)
     landmarks = np.flatnonzero(moving)
-    rows = graph.rows_of(moving)
+    rows = graph.rows_of(landmarks)
     rows = rows[np.argsort(graph.landmark[rows], kind="stable")]
     place = np.searchsorted(landmarks, graph.landmark[rows])
     return Part(
@@ -65,10 +65,20 @@ def solve(graph: Graph, part: Part, config: GraphConfig) -> Graph:
 def total_error(graph: Graph, part: Part, config: GraphConfig) -> float:
     """Of this part: the kernel's cost of every sighting and of every step."""
     seen, _, _ = sighting_residuals(graph, part.rows, config.distance_sigma_m)
-    steps = motion_residuals(graph, part.sweeps, config)[0]
-    return dmath.total(kernel_cost(seen, config.kernel).ravel()) + dmath.total(
-        kernel_cost(_whole(steps), MOTION_KERNEL)
-    )
+    steps = step_costs(graph, part.sweeps, config)
+    return dmath.total(kernel_cost(seen, config.kernel).ravel()) + dmath.total(steps)
+
+
+def step_costs(graph: Graph, sweeps: Ints, config: GraphConfig) -> Floats:
+    """The kernel's cost of each of the steps to these sweeps (s,)."""
+    return kernel_cost(_whole(motion_residuals(graph, sweeps, config)[0]), MOTION_KERNEL)
+
+
+def prior_error(graph: Graph, config: GraphConfig) -> float:
+    """What the errors of the wheels, as they are thought to be, cost by themselves."""
+    believed, information = _prior(graph, config).T
+    off = graph.errors - believed
+    return dmath.total(information * (off * off))
 
 
 def weights(residuals: Floats, kernel: float) -> Floats:
