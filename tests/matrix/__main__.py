@@ -26,6 +26,7 @@ def among(given: list[str]) -> tuple[list[str], list[str]]:
 def everything(*, quick: bool) -> tuple[list[str], list[str]]:
     """The same of recordings/ and an exploration made for it."""
     recordings = sorted((ROOT / "recordings").glob("*.mcap"))
+    HOME.mkdir(parents=True, exist_ok=True)
     exploration = HOME / "exploration.mcap"
     exploration.unlink(missing_ok=True)
     explored(exploration)
