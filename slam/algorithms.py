@@ -1,23 +1,21 @@
 """The algorithms by name: which blocks, with which configuration. An algorithm is data."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 from slam import chaining
-from slam.association import Association, AssociationConfig
+from slam.association import AssociationConfig
 from slam.config import Config, configured
 from slam.driving import DrivingConfig
 from slam.errors import SlamError
-from slam.features import FeatureConfig, Wall
-from slam.graph.refutation import match_unless_refuted, smooth_unless_refuted
-from slam.localisation import Localisation, LocalisationConfig, keep_prediction, search
+from slam.features import FeatureConfig
+from slam.graph import smoothing
+from slam.graph.matching import match
+from slam.localisation import LocalisationConfig, keep_prediction, search
 from slam.reliability import ReliabilityConfig
-from slam.self_calibration import Calibrated, Calibration, SelfCalibrationConfig
-from slam.track import Track
-from slam.trust import localise_unless_refuted, recognise_unless_refuted
-
-Associate = Callable[[Calibrated, tuple[Wall, ...], Track, Config], Association]
-Localise = Callable[[Calibrated, tuple[Wall, ...], Association, Track, Config], tuple[Localisation, Track, Calibration]]
+from slam.self_calibration import SelfCalibrationConfig
+from slam.trust import Associate, Corrector, Localise, Trusting
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,11 @@ class Algorithm:
         return replace(self, config=configured(self.config, settings))
 
 
-FINE = LocalisationConfig(angle_step_deg=0.5, window=51, cell_m=0.01)
+WEIGHING = Trusting(
+    Corrector(chaining.recognise_chains, chaining.localise_by_weight, chaining.account_of, chaining.laid_alike)
+)
+SOLVING = Trusting(Corrector(match, smoothing.smooth, smoothing.solved_account, smoothing.drawn_alike))
+FINE = LocalisationConfig(angle_step_deg=0.5, window=51, cell_m=0.01, refuted=27.0)
 
 ALGORITHMS = {
     algorithm.name: algorithm
@@ -46,7 +48,7 @@ ALGORITHMS = {
             5,
             "no correction: the robot's own dead reckoning (the paper's figures 8 and 11)",
             chaining.associate_chains,
-            chaining.localise_by(keep_prediction),
+            partial(chaining.localise_by, keep_prediction),
             Config(self_calibration=SelfCalibrationConfig(fit=False)),
         ),
         Algorithm(
@@ -54,7 +56,7 @@ ALGORITHMS = {
             5,
             "the paper to the letter: every RCD of wall kind, strict minimum over the window",
             chaining.associate_chains,
-            chaining.localise_by(search),
+            partial(chaining.localise_by, search),
             Config(
                 features=FeatureConfig(only_strong_walls=False),
                 association=AssociationConfig(tell_points=False),
@@ -63,22 +65,22 @@ ALGORITHMS = {
         ),
         Algorithm(
             "paper",
-            6,
+            7,
             "the paper's blocks, but only strong RCDs are walls, points are told from walls, corrections are weighed",
-            recognise_unless_refuted,
-            localise_unless_refuted,
+            WEIGHING.associate,
+            WEIGHING.localise,
             # A search in whole degrees and 5 cm cells leaves half of each; from station to station they add up.
             Config(
                 association=AssociationConfig(d2_m=2.0),
-                localisation=LocalisationConfig(angle_step_deg=0.1, window=51, cell_m=0.01),
+                localisation=LocalisationConfig(angle_step_deg=0.1, window=51, cell_m=0.01, refuted=16.0),
             ),
         ),
         Algorithm(
             "graph",
             6,
             "all poses, chains and errors of the wheels in one least-squares problem, solved at every sweep",
-            match_unless_refuted,
-            smooth_unless_refuted,
+            SOLVING.associate,
+            SOLVING.localise,
             # What is narrow, merged or seen briefly counts by how good its bearing is; it need not be left out.
             Config(
                 reliability=ReliabilityConfig(

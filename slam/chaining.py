@@ -1,12 +1,17 @@
 """Blocks E and F of the paper, sweep after sweep: walls join chains by distance, the pose follows, chains grow."""
 
 from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
 
 from slam import dmath
 from slam.association import Association, Chains, associate
 from slam.config import Config
 from slam.features import Wall
 from slam.geometry import Pose, wrap
+from slam.graph.growing import with_sightings, with_sweep
+from slam.graph.problem import Graph
 from slam.landmarks import Landmarks
 from slam.localisation import Localisation, LocalisationConfig
 from slam.recognition import recognise
@@ -24,18 +29,17 @@ def associate_chains(calibrated: Calibrated, walls: tuple[Wall, ...], track: Tra
 
 def localise_by(
     search: Search,
-) -> Callable[[Calibrated, tuple[Wall, ...], Association, Track, Config], tuple[Localisation, Track, Calibration]]:
-    """Localisation that finds one pose after the other by `search`; what was found before stays as it was."""
-
-    def localise(
-        calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
-    ) -> tuple[Localisation, Track, Calibration]:
-        found = search(calibrated.predicted, association, track.chains, config.localisation)
-        placed = tuple(wall.segment.moved(found.pose) for wall in walls)
-        chains = track.chains.joined(association.chained(placed), len(track.poses))
-        return found, Track((*track.poses, found.pose), chains), calibrated.calibration
-
-    return localise
+    calibrated: Calibrated,
+    walls: tuple[Wall, ...],
+    association: Association,
+    track: Track,
+    config: Config,
+) -> tuple[Localisation, Track, Calibration]:
+    """One pose after the other by `search`; what was found before stays as it was."""
+    found = search(calibrated.predicted, association, track.chains, config.localisation)
+    placed = tuple(wall.segment.moved(found.pose) for wall in walls)
+    chains = track.chains.joined(association.chained(placed), len(track.poses))
+    return found, Track((*track.poses, found.pose), chains), calibrated.calibration
 
 
 def recognise_chains(calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config: Config) -> Association:
@@ -48,25 +52,38 @@ def localise_by_weight(
     calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
 ) -> tuple[Localisation, Track, Calibration]:
     """One pose after the other, by weight; what the robot had to be turned by tells the drift of its wheels."""
-    balance = balance_of(walls, association, track, config)
+    landmarks = Landmarks(track.chains, track.poses, config.landmarks)
+    balance = Balance(association, tuple(wall.sigma for wall in walls), landmarks, config.weighing)
     found = weigh(balance, calibrated.predicted, config.localisation)
     learnt, motion = calibrated.calibration, calibrated.motion
     if motion is not None and association.links:
         turn = wrap(found.pose.theta - calibrated.predicted.theta)
         metres = dmath.hypot(motion.x, motion.y)
         learnt = with_drift(learnt, turn, metres, len(track.poses), config.weighing)
-    return found, agreeing(balance, walls, track, found.pose), learnt
-
-
-def balance_of(walls: tuple[Wall, ...], association: Association, track: Track, config: Config) -> Balance:
-    """The links of a sweep's walls with all that is to be weighed."""
-    landmarks = Landmarks(track.chains, track.poses, config.landmarks)
-    return Balance(association, tuple(wall.sigma for wall in walls), landmarks, config.weighing)
-
-
-def agreeing(balance: Balance, walls: tuple[Wall, ...], track: Track, pose: Pose) -> Track:
-    """The track with this sweep at its pose; the walls that agree with their chains there join them."""
-    placed = tuple(wall.segment.moved(pose) for wall in walls)
-    agreed = without_strangers(balance, placed, pose)
+    placed = tuple(wall.segment.moved(found.pose) for wall in walls)
+    agreed = without_strangers(balance, placed, found.pose)
     chains = track.chains.joined(agreed.chained(placed), len(track.poses), balance.sigmas)
-    return Track((*track.poses, pose), chains)
+    return found, Track((*track.poses, found.pose), chains), learnt
+
+
+def account_of(graph: Graph, after: Track, calibrated: Calibrated, walls: tuple[Wall, ...], config: Config) -> Graph:
+    """All walls as sightings of what their chains stand for, from the poses found one after the other.
+
+    `graph` is that of the sweep before; the newest members of the chains are this sweep's walls.
+    """
+    known, members = calibrated.calibration, after.chains.members[len(graph.sweep) :]
+    linked = {wall: member.chain for wall, member in enumerate(members) if member.chain < len(graph.nature)}
+    grown = with_sweep(graph, calibrated, after.poses[-1], config.graph)
+    grown, _ = with_sightings(grown, walls, linked, (), known.ring_bearing)
+    return replace(grown, errors=np.array([known.rotation_scale, known.distance_scale, known.drift, 0.0]))
+
+
+def laid_alike(graph: Graph, chains: Chains, after: Track, walls: tuple[Wall, ...], first: int) -> tuple[Graph, Chains]:
+    """The chains with this sweep's walls from the graph's last pose, each in the chain it has joined `after`."""
+    here, known = Pose(*graph.poses[-1].tolist()), len(chains.roots)
+    members = after.chains.members[len(chains.members) :]
+    joining = [
+        (member.chain if member.chain < known else None, member.nature, wall.segment.moved(here))
+        for wall, member in zip(walls, members, strict=True)
+    ]
+    return graph, chains.joined(joining, len(graph.poses) - 1, tuple(wall.sigma for wall in walls))

@@ -20,12 +20,16 @@ GRAIN = float(1 << 30)
 
 @dataclass(frozen=True)
 class LocalisationConfig:
-    """The search: angle step, N × N cells, and the price of a metre of shift (0: the paper's strict minimum)."""
+    """The search: angle step, N × N cells, and the price of a metre of shift (0: the paper's strict minimum).
+
+    Odometry is taken as it is until a correction explains what is seen better by `refuted` in χ² (0: it never is).
+    """
 
     angle_step_deg: float = 1.0
     window: int = 11
     cell_m: float = 0.05
     shift_price: float = 0.1
+    refuted: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from slam.graph.problem import Graph
 class Rival:
     """The same sweeps as they are if odometry is corrected, and what is learnt of the wheels then: drift in rad/m.
 
-    `left`, `right` and `aside` say how long and how hard walls have been pulling the robot there, off its odometry.
+    `graph` is all that was seen, with its poses.
     """
 
     poses: tuple[Pose, ...] = ()
@@ -19,9 +19,6 @@ class Rival:
     graph: Graph = field(default_factory=Graph.empty)
     distance_scale: float = 0.0
     drift: float = 0.0
-    left: float = 0.0
-    right: float = 0.0
-    aside: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -29,7 +26,7 @@ class Track:
     """All sweeps' poses as they are known now, and every wall at those poses in its chain.
 
     `graph` is what an algorithm that solves for all poses at once knows of them; empty with the others. As long as one
-    takes odometry as it is, there is a `rival` that corrects it.
+    takes odometry as it is, there is a `rival` that corrects it, and `graph` is what was seen from odometry's poses.
     """
 
     poses: tuple[Pose, ...] = ()

@@ -1,73 +1,115 @@
-"""Blocks E and F of `paper`: odometry is taken as it is until the walls refute it, and corrected from then on [III.F].
+"""Blocks E and F of who corrects odometry, but takes it as it is until the walls refute it [III.F].
 
-Errors of sonars are new at every sweep and turn the robot now this way, now that; those of odometry add up, and all
-walls pull it the same way. When they have done so for long enough (cumulative sums, Page 1954), or very hard at one
-sweep (a push; Lucas 1982), the corrected poses take the place of odometry's for good (`slam.rivals`).
+What corrects bad odometry makes good odometry worse: the first sightings of a wall are off by some tenths of a degree,
+and so is the robot that is turned after them. So every sweep is localised twice, by odometry alone and by a rival that
+corrects it (two models of one filter, after Magill 1965), until the rival explains what is seen so much better that its
+poses, which have been there from the start, take the place of odometry's for good.
 
-Must not know: how walls are weighed.
+Must not know: how the rival does it.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
-from slam.association import Association
-from slam.chaining import agreeing, balance_of, localise_by_weight, recognise_chains
+from slam.association import Association, Chains
 from slam.config import Config
 from slam.features import Wall
+from slam.geometry import ORIGIN, Pose
+from slam.graph.accounts import held_against, with_poses_of
+from slam.graph.problem import Graph
 from slam.localisation import Localisation, keep_prediction
-from slam.rivals import as_it_is, overtaken, seen_by, settled, track_of
+from slam.motion import WheelErrors
 from slam.self_calibration import Calibrated, Calibration
 from slam.track import Rival, Track
-from slam.weighing import pulls
+
+Associate = Callable[[Calibrated, tuple[Wall, ...], Track, Config], Association]
+Localise = Callable[[Calibrated, tuple[Wall, ...], Association, Track, Config], tuple[Localisation, Track, Calibration]]
 
 
-def recognise_unless_refuted(
-    calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config: Config
-) -> Association:
-    """Each wall to the chain that it fits best from odometry's pose; from the rival's if odometry is refuted by that.
+@dataclass(frozen=True)
+class Corrector:
+    """Who corrects odometry, and how it tells of it.
 
-    The former tells no pose: odometry is not asked where it would rather be.
+    `account`: all sweeps and sightings as a graph at its own poses, from that of the sweep before and what it has made
+    of this one. `laid`: the graph at odometry's poses, and the chains there, grown by this sweep as its own have grown;
+    what was seen last before that sweep number has not changed.
     """
-    if settled(track, config.weighing.refuted):
-        return recognise_chains(calibrated, walls, track, config)
-    here, rival = as_it_is(track, calibrated), track.rival or Rival()
-    association = recognise_chains(here, walls, track, config)
-    _, refuted = _pulled(rival, here, walls, association, track, config)
-    if refuted:
-        return recognise_chains(seen_by(rival, calibrated), walls, track_of(rival), config)
-    return replace(association, pose=None)
+
+    associate: Associate
+    localise: Localise
+    account: Callable[[Graph, Track, Calibrated, tuple[Wall, ...], Config], Graph]
+    laid: Callable[[Graph, Chains, Track, tuple[Wall, ...], int], tuple[Graph, Chains]]
 
 
-def localise_unless_refuted(
-    calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
-) -> tuple[Localisation, Track, Calibration]:
-    """Odometry's pose, with the rival's beside it; where odometry is refuted the rival's, for all sweeps so far."""
-    if settled(track, config.weighing.refuted):
-        return localise_by_weight(calibrated, walls, association, track, config)
-    rival = track.rival or Rival()
-    seen, other = seen_by(rival, calibrated), track_of(rival)
-    if association.pose is not None:
-        found, after, learnt = localise_by_weight(seen, walls, association, other, config)
-        return overtaken(found, track, after), after, learnt
-    _, after, learnt = localise_by_weight(seen, walls, recognise_chains(seen, walls, other, config), other, config)
-    here = as_it_is(track, calibrated)
-    rival, _ = _pulled(rival, here, walls, association, track, config)
-    rival = replace(rival, poses=after.poses, chains=after.chains, drift=learnt.drift)
-    kept = keep_prediction(here.predicted, association, track.chains, config.localisation)
-    mine = agreeing(balance_of(walls, association, track, config), walls, track, kept.pose)
-    return kept, replace(mine, rival=rival), calibrated.calibration
+@dataclass(frozen=True)
+class Trusting:
+    """Blocks E and F of a corrector that takes odometry as it is until `localisation.refuted`."""
+
+    corrector: Corrector
+
+    def associate(self, calibrated: Calibrated, walls: tuple[Wall, ...], track: Track, config: Config) -> Association:
+        """The rival's, as long as there is one; where the walls are, odometry says then."""
+        if _settled(track, config):
+            return self.corrector.associate(calibrated, walls, track, config)
+        rival, here = track.rival or Rival(), _as_it_is(track, calibrated)
+        found = self.corrector.associate(_seen_by(rival, calibrated), walls, _track_of(rival), config)
+        return _from(here, walls, found)
+
+    def localise(
+        self, calibrated: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
+    ) -> tuple[Localisation, Track, Calibration]:
+        """Odometry's pose; where odometry is refuted, or was interrupted, the rival's, for all sweeps so far."""
+        corrector = self.corrector
+        if _settled(track, config):
+            return corrector.localise(calibrated, walls, association, track, config)
+        rival, here = track.rival or Rival(), _as_it_is(track, calibrated)
+        seen = _seen_by(rival, calibrated)
+        rivals = _from(seen.predicted, walls, association)
+        found, after, learnt = corrector.localise(seen, walls, rivals, _track_of(rival), config)
+        account = corrector.account(rival.graph, after, replace(seen, calibration=learnt), walls, config)
+        first = max(0, len(track.poses) - config.graph.window + 1)
+        graph, gained = held_against(with_poses_of(track.graph, account, here), account, first, config.graph)
+        if gained >= config.localisation.refuted or not calibrated.joined:
+            return _overtaken(found, track, after), after, learnt
+        graph, chains = corrector.laid(graph, track.chains, after, walls, first)
+        rival = Rival(after.poses, after.chains, account, learnt.distance_scale, learnt.drift)
+        kept = replace(keep_prediction(here, association, chains, config.localisation), merged=found.merged)
+        return kept, Track((*track.poses, here), chains, graph, rival), calibrated.calibration
 
 
-def _pulled(
-    rival: Rival, here: Calibrated, walls: tuple[Wall, ...], association: Association, track: Track, config: Config
-) -> tuple[Rival, bool]:
-    """The rival with one more sweep's pulls, and whether odometry is refuted.
+def _settled(track: Track, config: Config) -> bool:
+    """Whether odometry was refuted before, or was never to be taken as it is."""
+    return track.rival is None and (bool(track.poses) or not config.localisation.refuted)
 
-    What is no more than the allowance takes from the sums.
-    """
-    weights = config.weighing
-    turn, shift, part = pulls(balance_of(walls, association, track, config), here.predicted, config.localisation)
-    left = max(rival.left + turn - weights.turn_allowance, 0.0)
-    right = max(rival.right - turn - weights.turn_allowance, 0.0)
-    aside = max(rival.aside + shift - weights.shift_allowance, 0.0)
-    refuted = part >= weights.push or max(left, right) + aside >= weights.refuted
-    return replace(rival, left=left, right=right, aside=aside), refuted
+
+def _track_of(rival: Rival) -> Track:
+    return Track(rival.poses, rival.chains, rival.graph)
+
+
+def _as_it_is(track: Track, calibrated: Calibrated) -> Pose:
+    """Where odometry has the robot, without what was learnt of the wheels."""
+    return _went_on(track.poses, calibrated, WheelErrors())
+
+
+def _seen_by(rival: Rival, calibrated: Calibrated) -> Calibrated:
+    """The sweep from where the rival has the robot, with what it has learnt of the wheels."""
+    known = replace(calibrated.calibration, distance_scale=rival.distance_scale, drift=rival.drift)
+    return replace(calibrated, predicted=_went_on(rival.poses, calibrated, known.wheels), calibration=known)
+
+
+def _from(pose: Pose, walls: tuple[Wall, ...], association: Association) -> Association:
+    """The association, its walls where they are if the robot is at that pose."""
+    return replace(association, predicted=tuple(wall.segment.moved(pose) for wall in walls))
+
+
+def _went_on(poses: tuple[Pose, ...], calibrated: Calibrated, errors: WheelErrors) -> Pose:
+    if not poses:
+        return ORIGIN
+    motion = calibrated.motion
+    return poses[-1] if motion is None else poses[-1].compose(motion.corrected(errors)).quantised()
+
+
+def _overtaken(found: Localisation, before: Track, after: Track) -> Localisation:
+    """What the rival found, with all poses that are others from now on."""
+    both = enumerate(zip(before.poses, after.poses, strict=False))
+    return replace(found, moved=tuple((k, now) for k, (was, now) in both if now != was))

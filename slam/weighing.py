@@ -31,9 +31,7 @@ class WeighingConfig:
 
     A wall weighs no more than one that is off by `most` times its sigma, and at the pose found joins no chain; odometry
     no more than `odometry`, which is more than any one wall and less than two. `drift_m2` says how slowly the drift of
-    the wheels is learnt. Odometry is taken as it is until the walls have pulled it one way by `refuted` in all (0: it
-    never is), what exceeds `turn_allowance` and `shift_allowance` a sweep; or, two and more, at one sweep by `push` of
-    what they can.
+    the wheels is learnt.
     """
 
     bearing_sigma_deg: float = 0.5
@@ -44,10 +42,6 @@ class WeighingConfig:
     most: float = 2.0
     odometry: float = 4.0
     drift_m2: float = 1.0
-    refuted: float = 8.0
-    turn_allowance: float = 0.2
-    shift_allowance: float = 1.0
-    push: float = 0.9
 
 
 @dataclass(frozen=True)
@@ -113,29 +107,6 @@ def weigh(balance: Balance, predicted: Pose, config: LocalisationConfig) -> Loca
     pose = Pose(predicted.x + shift[0], predicted.y + shift[1], predicted.theta + turn * DEGREE).quantised()
     average = dmath.mean(np.abs(off)) if len(off) else 0.0
     return Localisation(pose, turn, shift, average, before, after, len(witnesses))
-
-
-def pulls(balance: Balance, predicted: Pose, config: LocalisationConfig) -> tuple[float, float, float]:
-    """How the walls pull at the pose predicted: how much less they weigh against the turn that they like best than
-    against none, negative to the right, and against the shift that they like best. Odometry has no say in it.
-
-    Then which part of what two walls and more can weigh the stronger pull is.
-    """
-    weights, witnesses = balance.weights, balance.witnesses(balance.association.predicted, predicted)
-    if not witnesses:
-        return 0.0, 0.0, 0.0
-    off, sigma = _off(witnesses)
-    turns = _turns(off, config)
-    against = _against_turns(off, sigma, turns, weights)
-    best = _least(against, np.abs(turns))
-    turn = float(np.sign(turns[best]) * (against[len(turns) // 2] - against[best]))
-    _, against = _against_shifts(*_cells(config.window // 2, config.cell_m), witnesses, weights)
-    shift = float(against[len(against) // 2] - against.min())
-    most = weights.most * dmath.sqrt(weights.most)
-    parts = [
-        pull / (most * float(walls)) for pull, walls in ((abs(turn), len(off)), (shift, len(witnesses))) if walls > 1
-    ]
-    return turn, shift, max(parts, default=0.0)
 
 
 def without_strangers(balance: Balance, walls: tuple[Segment, ...], pose: Pose) -> Association:

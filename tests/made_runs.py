@@ -19,7 +19,7 @@ from tests.synthetic import RING, corridor, scan
 
 STATIONS = 5
 TRUE = [Pose(0.8 * k, 0.0, 0.0) for k in range(STATIONS)]
-AT_ONCE: Mapping[str, object] = MappingProxyType({"weighing.refuted": 0.0, "graph.refuted": 0.0})
+AT_ONCE: Mapping[str, object] = MappingProxyType({"localisation.refuted": 0.0})
 """So few sweeps do not refute odometry: `paper` and `graph` would leave it as it is."""
 SURFACES = Surfaces("synthetic", np.array([(w.x0, w.y0, w.x1, w.y1) for w in corridor(length=6.0)]), np.zeros((0, 3)))
 

@@ -1,12 +1,13 @@
 """A replay that goes on from a checkpoint ends with the digest of the whole one."""
 
 import json
+import pickle
 from pathlib import Path
 
 import pytest
 
 from cli.main import run as sonarlog
-from slam.algorithms import DEFAULT, algorithm
+from slam.algorithms import ALGORITHMS, DEFAULT, algorithm
 from slam.pipeline import State
 from sonarlog.canonical import canonical, read_canonical
 from sonarlog.checkpoints import read_checkpoints, stretch_is_same, stretches
@@ -69,3 +70,11 @@ def test_every_stretch_is_checked_by_itself(run: Run, short_recording: Path) -> 
 def test_verify_checks_in_parts(run: Run, short_recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sonarlog(["verify", str(run.path), str(short_recording), "--jobs", "2", "-q"]) == 0
     assert capsys.readouterr() == (f"identical: {len(run.sweeps)} sweeps, digest {run.digest}\n", "")
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_algorithm_can_be_sent_to_another_process(name: str) -> None:
+    """With --jobs they are."""
+    chosen = algorithm(name).configured({"map.wall": 41})
+    again = pickle.loads(pickle.dumps(chosen))
+    assert (again.name, again.version, again.config) == (name, chosen.version, chosen.config)

@@ -107,10 +107,10 @@ def test_what_is_drawn_is_what_is_known_after_that(name: str) -> None:
 @either
 @pytest.mark.parametrize("shove", [Pose(0.0, 0.0, 3.0 * DEGREE), Pose(0.0, 0.18, 0.0)], ids=["3 degrees", "18 cm"])
 def test_a_robot_that_was_pushed_is_found_again(name: str, shove: Pose) -> None:
-    """`graph` wants a second sweep for a turn: what two walls say of it a bad step may say as well."""
+    """A turn takes a second sweep: what two walls say of it a bad step may say as well."""
     made = walk(HALL, straight(16), shoves={6: shove})
     run = steps(name, made.sweeps)
-    assert refuted(run) == (7 if name == "graph" and shove.theta else 6)
+    assert refuted(run) == (7 if shove.theta else 6)
     assert max(off(run[-1].state.poses, made.stations)) <= 0.06
     assert max(turned(run[-1].state.poses, made.stations)) <= 1.0
 

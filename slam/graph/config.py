@@ -8,8 +8,7 @@ class GraphConfig:
     """Standard deviations (`…_sigma…`), gates in χ², and how much is solved at every sweep.
 
     A wheel's error is a scale (rotation, distance) or degrees of heading per metre (drift); `ring_sigma_deg` is what
-    all sonars together may be turned by. Slip is degrees of heading per √metre driven and per √turn turned. Odometry is
-    taken as it is until errors of the wheels explain what is seen better by `refuted` (0: it never is).
+    all sonars together may be turned by. Slip is degrees of heading per √metre driven and per √turn turned.
     """
 
     window: int = 25  # sweeps that move at every step; older ones only when a loop closes
@@ -36,4 +35,3 @@ class GraphConfig:
     merge_margin: float = 12.0  # two chains are one wall if that adds no more than this to the total error
     explained: float = 0.5  # with a smaller share of walls matched, the coarse search tries to find the place …
     search_deg: float = 5.0  # … turned by no more than this
-    refuted: float = 27.0

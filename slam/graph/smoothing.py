@@ -9,21 +9,20 @@ from dataclasses import replace
 import numpy as np
 
 from slam import dmath
-from slam.association import OPEN, Association
+from slam.association import Association, Chains
 from slam.config import Config
 from slam.dmath import DEGREE, Floats
 from slam.features import Wall
 from slam.geometry import Pose, wrap
 from slam.graph.config import GraphConfig
 from slam.graph.drawing import along_lines, drawn
-from slam.graph.matching import Sights
+from slam.graph.growing import with_sightings, with_sweep
 from slam.graph.merging import may_close, merged
 from slam.graph.natures import tell_natures
 from slam.graph.odometry import slip
 from slam.graph.problem import DISTANCE, DRIFT, RING, Graph, sighting_residuals
 from slam.graph.solver import part_from, solve
 from slam.localisation import Localisation
-from slam.motion import Motion
 from slam.self_calibration import Calibrated, Calibration
 from slam.sweep import Ints
 from slam.track import Track
@@ -38,9 +37,9 @@ def smooth(
     """The pose of this sweep, the track with all poses as they are known now, and what was learnt of the wheels."""
     found = association.pose or calibrated.predicted
     sweep = len(track.poses)
-    graph = _with_sweep(track.graph, calibrated, found, config.graph)
-    before = graph.seen.copy()
-    graph, touched = _with_sightings(graph, sweep, walls, association, calibrated.calibration.ring_bearing)
+    graph = with_sweep(track.graph, calibrated, found, config.graph)
+    before, linked = graph.seen.copy(), {link.wall: link.chain for link in association.links}
+    graph, touched = with_sightings(graph, walls, linked, association.postponed, calibrated.calibration.ring_bearing)
     first = sweep - config.graph.window + 1
     graph = _solved(graph, touched, first, config.graph)
     old = touched[touched < len(before)]
@@ -63,64 +62,6 @@ def smooth(
         ring_bearing=float(graph.errors[RING]),
     )
     return localisation, Track(poses, chains, graph), learnt
-
-
-def _with_sweep(graph: Graph, calibrated: Calibrated, pose: Pose, config: GraphConfig) -> Graph:
-    motion = calibrated.motion or Motion(0.0, 0.0, 0.0, 0.0, 0.0)
-    known = calibrated.calibration
-    # What the sweeps by themselves say of the rotation, loosened: their arcs share the quantisation of their bearings.
-    information = float(known.normal[0, 0]) + 1.0 / (config.rotation_sigma * config.rotation_sigma)
-    prior = np.array([known.rotation_scale, 1.5 / dmath.sqrt(information)])
-    errors = graph.errors
-    if not len(graph.poses):
-        errors = np.array([known.rotation_scale, 0.0, 0.0, 0.0])
-    return replace(graph, errors=errors, rotation_prior=prior).with_rows(
-        {
-            "poses": [[pose.x, pose.y, pose.theta]],
-            "motions": [[motion.x, motion.y, motion.before, motion.between, motion.after]],
-            "joined": [int(calibrated.motion is not None and calibrated.joined)],
-        }
-    )
-
-
-def _with_sightings(
-    graph: Graph, sweep: int, walls: tuple[Wall, ...], association: Association, ring_bearing: float
-) -> tuple[Graph, Ints]:
-    """With the walls as sightings of their landmarks, new ones for those that joined none."""
-    sights = Sights.of(walls, ring_bearing)
-    linked = {link.wall: link.chain for link in association.links}
-    sine, cosine = dmath.sincos(graph.poses[-1, 2] + sights.bearing + float(graph.errors[RING]))
-    feet = graph.poses[-1, :2] + sights.distance[:, None] * np.stack([cosine, sine], axis=1)
-    new = [k for k in range(len(walls)) if k not in linked]
-    count = len(graph.nature)
-    alpha = wrap(graph.poses[-1, 2] + sights.bearing[new] + float(graph.errors[RING]))
-    of = np.array([linked[k] if k in linked else count + new.index(k) for k in range(len(walls))], dtype=np.int64)
-    graph = graph.with_rows(
-        {
-            "nature": np.full(len(new), OPEN),
-            "as_point": sights.parallax[new] > 0.0,
-            "seen": np.full(len(new), sweep),
-            "alive": [int(k not in association.postponed) for k in new],
-            "line": np.stack([alpha, np.zeros(len(new))], axis=1),
-            "point": np.column_stack([feet[new], np.zeros(len(new))]),
-            "anchor": feet[new],
-            "extent": np.stack([sights.left[new], sights.right[new]], axis=1),
-            "tried": np.full((len(new), 3), -1),
-            "sweep": np.full(len(walls), sweep),
-            "landmark": of,
-            "bearing": sights.bearing,
-            "distance": sights.distance,
-            "sigma": sights.sigma,
-            "parallax": sights.parallax,
-            "left": sights.left,
-            "right": sights.right,
-            "drawn": np.full((len(walls), 4), np.inf),
-            "drawn_as": np.full((len(walls), 2), -1),
-        }
-    )
-    seen = graph.seen.copy()
-    seen[of] = sweep
-    return replace(graph, seen=seen), np.unique(of)
 
 
 def _solved(graph: Graph, touched: Ints, first: int, config: GraphConfig) -> Graph:
@@ -201,3 +142,17 @@ def _mean_off(graph: Graph, rows: Ints, places: tuple[Pose, ...]) -> list[float]
         far = np.where(graph.as_point[of] != 0, dmath.hypot(px - at.x, py - at.y) - radius, to_line)
         means.append(dmath.mean(np.abs(graph.distance[rows] - far)))
     return means
+
+
+def solved_account(
+    graph: Graph, after: Track, calibrated: Calibrated, walls: tuple[Wall, ...], config: Config
+) -> Graph:
+    """All that was seen, at the poses solved for."""
+    return after.graph
+
+
+def drawn_alike(
+    graph: Graph, chains: Chains, after: Track, walls: tuple[Wall, ...], first: int
+) -> tuple[Graph, Chains]:
+    """The graph's sightings as members of its chains."""
+    return drawn(graph, chains, first)
