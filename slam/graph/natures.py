@@ -11,7 +11,6 @@ import numpy as np
 from slam import dmath
 from slam.association import OPEN, POINT, WALL
 from slam.dmath import Floats
-from slam.geometry import GRAIN, quantise
 from slam.graph.config import GraphConfig
 from slam.graph.normal import inverse, squares, summed, times
 from slam.graph.problem import RING, Graph, Sightings
@@ -69,7 +68,7 @@ def refitted(graph: Graph, chosen: Ints, config: GraphConfig) -> tuple[Graph, Fl
     """
     (lines_fit, points_fit), (as_wall, as_point) = _told_apart(graph, chosen, graph.rows_of(chosen), config)
     lines, points, nature = graph.line.copy(), graph.point.copy(), graph.nature[chosen]
-    lines[chosen], points[chosen] = quantise(lines_fit, GRAIN), quantise(points_fit, GRAIN)
+    lines[chosen], points[chosen] = lines_fit, points_fit
     left = np.where(nature == WALL, as_wall, np.where(nature == POINT, as_point, np.minimum(as_wall, as_point)))
     return replace(graph, line=lines, point=points), left
 
