@@ -22,7 +22,9 @@ GRAIN = float(1 << 30)
 class LocalisationConfig:
     """The search: angle step, N × N cells, and the price of a metre of shift (0: the paper's strict minimum).
 
-    Odometry is taken as it is until a correction explains what is seen better by `refuted` in χ² (0: it never is).
+    Odometry is taken as it is until a correction explains what is seen better by `refuted` in χ² (0: it never is); by
+    `refuted_driving` where the robot looks while it drives: such bearings are no worse than their σ, those of a scan
+    share their errors.
     """
 
     angle_step_deg: float = 1.0
@@ -30,6 +32,7 @@ class LocalisationConfig:
     cell_m: float = 0.05
     shift_price: float = 0.1
     refuted: float = 0.0
+    refuted_driving: float = 9.0
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,8 @@ class Trusting:
         account = corrector.account(rival.graph, after, replace(seen, calibration=learnt), walls, config)
         first = max(0, len(track.poses) - config.graph.window + 1)
         graph, gained = held_against(with_poses_of(track.graph, account, here), account, first, config.graph)
-        if gained >= config.localisation.refuted or not calibrated.joined:
+        scan, enough = calibrated.kind == "scan", config.localisation
+        if gained >= (enough.refuted if scan else enough.refuted_driving) or not calibrated.joined:
             return _overtaken(found, track, after), after, learnt
         graph, chains = corrector.laid(graph, track.chains, after, walls, first)
         rival = Rival(after.poses, after.chains, account, learnt.distance_scale, learnt.drift)
